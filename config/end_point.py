@@ -1,0 +1,42 @@
+"""The `end_point:` section: feedback of the reflected tip, which damps the flexible link through the rotary joint. Absent: none."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from config.section import Section, quantity
+
+
+class EndPoint(Section):
+    """Reflected-tip feedback (Wang and Vidyasagar): the rotary error gets gain · low-passed deflection / extension added."""
+
+    source: Literal["deflection", "acceleration"] = Field(
+        default="deflection", description="tip.deflection as measured, or estimated from tip.acceleration"
+    )
+    gain: float = quantity("", "share of the tip angle that is reflected; 1 is the whole", 0.5, low=0, high=2)
+    roll_off_Hz: float = quantity(
+        "Hz", "corner of the low-pass on the deflection; the second bending mode must lie well above", 15.0, low=1, high=200
+    )
+    full_below_Hz: float = quantity("Hz", "full gain while the link's frequency is below this", 6.0, low=0.1, high=500)
+    off_above_Hz: float = quantity("Hz", "no feedback while the link's frequency is above this, a ramp in between", 9.0, low=0.1, high=500)
+    limit_rad: float = quantity("rad", "largest tip angle that is used", 0.0523599, low=1e-4, high=0.5)
+    fade_s: float = quantity("s", "the feedback comes in over this time", 0.5, low=0.01, high=10)
+    loss_fade_s: float = quantity("s", "the feedback goes out over this time when the signal is lost", 0.05, low=0.001, high=10)
+    frequency_ratio: float = quantity(
+        "",
+        "frequency of the damped mode over that of the clamped link, for the command filters; about 0.8 with gain 1",
+        1.0,
+        low=0.3,
+        high=1.5,
+    )
+    acceleration_noise_m_per_s2: float = quantity("m/s^2", "of tip.acceleration, for the estimator", 0.02, low=1e-4, high=10)
+
+    @field_validator("off_above_Hz")
+    @classmethod
+    def _ramp_upwards(cls, off: float, info: ValidationInfo) -> float:
+        full = info.data.get("full_below_Hz")
+        if full is not None and off <= full:
+            raise ValueError(f"must be above full_below ({full:g} Hz)")
+        return off

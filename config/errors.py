@@ -1,0 +1,102 @@
+"""The one exception tree of longreach.
+
+    LongreachError                 every refusal the user may see
+    ├── ConfigError                a rig, maneuver or map file cannot be used (carries file:line:column)
+    │   └── UnitError              a quantity has the wrong unit or cannot be read
+    ├── ManeuverError              a maneuver cannot run on this rig (outside the workspace, too fast, ...)
+    ├── DriverError                a device did not answer, or answered wrongly
+    ├── LogError                   a log cannot be read, written, repaired or re-executed
+    ├── DaemonError                the daemon refuses a request (not armed, busy, a check failed, ...)
+    └── PlantError                 the simulated plant cannot be built or has left its valid range
+
+Every message says what, value, limit, unit, where and what to do next; `Refusal` holds these parts so that the command line
+can print them as text and as JSON without taking sentences apart.
+
+Exit statuses of the command line: 0 done, 1 refused (any LongreachError), 2 wrong usage, 3 unusable data.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+EXIT_REFUSED = 1
+EXIT_USAGE = 2
+EXIT_UNUSABLE_DATA = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """The parts of a message to a user. Only `what` is required; text() joins the parts that are given."""
+
+    what: str
+    value: str = ""
+    limit: str = ""
+    unit: str = ""
+    where: str = ""
+    next_step: str = ""
+
+    def text(self) -> str:
+        head = f"{self.where}: {self.what}" if self.where else self.what
+        unit = f" {self.unit}" if self.unit else ""
+        if self.value:
+            head += f": {self.value}{unit}"
+        if self.limit:
+            head += f" (limit: {self.limit}{unit})"
+        return f"{head}. {self.next_step}" if self.next_step else head
+
+    def as_dict(self) -> dict[str, str]:
+        return {key: value for key, value in asdict(self).items() if value}
+
+
+class LongreachError(Exception):
+    """Base of all refusals. Raise a subclass with the parts of its message as keywords."""
+
+    exit_status = EXIT_REFUSED
+
+    def __init__(self, what: str, *, value: object = "", limit: object = "", unit: str = "", where: str = "", next_step: str = "") -> None:
+        self.refusal = Refusal(what, str(value), str(limit), unit, where, next_step)
+        super().__init__(self.refusal.text())
+
+
+class ConfigError(LongreachError):
+    """Example: unknown key 'gian' in servo.rotary (nearest: 'gain'). `problems` holds every problem of the file, in its order."""
+
+    def __init__(
+        self,
+        what: str,
+        *,
+        value: object = "",
+        limit: object = "",
+        unit: str = "",
+        where: str = "",
+        next_step: str = "",
+        problems: tuple[Refusal, ...] = (),
+    ) -> None:
+        super().__init__(what, value=value, limit=limit, unit=unit, where=where, next_step=next_step)
+        self.problems = problems or (self.refusal,)
+
+
+class UnitError(ConfigError):
+    """Example: supply pressure given as '2000 kg'."""
+
+
+class ManeuverError(LongreachError):
+    """Example: the straight line at y0 = 10 in needs an extension below 12 in."""
+
+
+class DriverError(LongreachError):
+    """Example: encoder node 3 did not answer within 0.2 s."""
+
+
+class LogError(LongreachError):
+    """Example: the file was cut at t = 12.3 s; run `longreach log recover`."""
+
+    exit_status = EXIT_UNUSABLE_DATA
+
+
+class DaemonError(LongreachError):
+    """Example: start refused, the rig is disarmed."""
+
+
+class PlantError(LongreachError):
+    """Example: a chamber volume of the simulated cylinder is negative."""

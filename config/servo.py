@@ -1,0 +1,41 @@
+"""The `servo:` section: for every joint the gain, the lag-lead sections, feed-forward and how velocity is estimated."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, Tag
+
+from config.section import Section, chosen_by, inferred, quantity
+
+
+class LagLeadSection(Section):
+    """One first-order section (1 + s/zero) / (1 + s/pole), DC gain 1: lead for zero < pole, lag for zero > pole."""
+
+    zero_rad_per_s: float = quantity("rad/s", "corner of the zero", low=1e-3, high=1e4)
+    pole_rad_per_s: float = quantity("rad/s", "corner of the pole", low=1e-3, high=1e4)
+
+
+class JointServo(Section):
+    """What every joint servo has; the subclasses give the units of gain and feed-forward."""
+
+    sections: tuple[LagLeadSection, ...] = Field(default=(), description="lag-lead sections, one after the other")
+    velocity_filter_Hz: float = quantity("Hz", "corner of the filter in the velocity estimate", 50.0, low=0.1, high=1000)
+    gain: float
+    velocity_feedforward: float
+    null_bias_V: float = quantity("V", "constant added to the command, opposite to the valve's null bias", 0.0, low=-2, high=2)
+
+
+class RotaryServo(JointServo):
+    motion: Literal["rotary"] = inferred("from the joint of the same name")
+    gain: float = quantity("V/rad", "proportional gain, DC gain of the whole compensator", low=-2000, high=2000)
+    velocity_feedforward: float = quantity("V*s/rad", "volts per rate of the reference", 0.0, low=-200, high=200)
+
+
+class LinearServo(JointServo):
+    motion: Literal["linear"] = inferred("from the joint of the same name")
+    gain: float = quantity("V/m", "proportional gain, DC gain of the whole compensator", low=-1e6, high=1e6)
+    velocity_feedforward: float = quantity("V*s/m", "volts per rate of the reference", 0.0, low=-2000, high=2000)
+
+
+AnyServo = Annotated[Annotated[RotaryServo, Tag("rotary")] | Annotated[LinearServo, Tag("linear")], chosen_by("motion")]

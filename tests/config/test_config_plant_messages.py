@@ -1,0 +1,76 @@
+"""Mistakes in the plant section: the unit of a number there follows from its place, and a misspelt place is told as that."""
+
+from __future__ import annotations
+
+import pytest
+from small_rig import changed
+
+from config.errors import ConfigError
+from config.load import apply_overrides, rig_from_text
+
+PLANT = """\
+plant:
+  joints:
+    axis: {actuator: force, travel: [-1 in, 50 in], gain: 35.15 N/V, mass: 95 kg}
+  sensors:
+    axis.position: {resolution: 25 um, low: -1 in, high: 50 in}
+  effects:
+    - {effect: coulomb_friction, where: axis, friction: 20 N}
+"""
+AXIS = changed(
+    ("  axis.supply_pressure:\n    device: plant\n    channel: axis.supply_pressure\n    high: 3000 psi\n", ""),
+    ("interlocks:\n  supply_pressure_min: 1500 psi\n", PLANT),
+)
+
+
+def message(old: str, new: str) -> str:
+    assert AXIS.count(old) == 1
+    with pytest.raises(ConfigError) as caught:
+        rig_from_text(AXIS.replace(old, new), "x.yaml")
+    return str(caught.value)
+
+
+def test_the_unchanged_file_loads() -> None:
+    plant = rig_from_text(AXIS).plant
+    assert plant is not None
+    assert plant.effects[0].model_dump()["friction"] == 20.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("friction: 20 N", "fricton: 20 N", "x.yaml:35:47: plant.effects[0].fricton is not a key here: nearest is 'friction'. "),
+        ("friction: 20 N", "friction: 20 N*m", "x.yaml:35:57: plant.effects[0].friction: wrong kind of unit: '20 N*m'. Write it in N or "),
+        ("friction: 20 N", "friction: -20 N", "x.yaml:35:57: plant.effects[0].friction is out of range: -20 N (limit: 0 to "),
+        (
+            "effect: coulomb_friction",
+            "effect: coulom_friction",
+            "x.yaml:35:16: plant.effects[0].effect cannot be 'coulom_friction': nearest is ",
+        ),
+        (
+            "where: axis",
+            "where: axs",
+            "x.yaml:35:41: plant.effects[0].where: there is no 'axs' in this plant: nearest is 'axis'. Places: axis, ",
+        ),
+        (
+            "axis.position: {res",
+            "axis.positon: {res",
+            "x.yaml:33:5: 'axis.positon' is not a signal of this plant: nearest is 'axis.position'",
+        ),
+        ("actuator: force", "actuator: forc", "x.yaml:31:22: plant.joints.axis.actuator cannot be 'forc': nearest is 'force'. "),
+    ],
+)
+def test_one_mistake_is_told_as_one(old: str, new: str, text: str) -> None:
+    found = message(old, new)
+    assert found.startswith(text)
+    assert "\n" not in found
+
+
+def test_an_actuator_that_does_not_move_the_joint_that_way() -> None:
+    assert "plant.joints.axis.actuator 'torque' does not move a linear joint" in message("actuator: force", "actuator: torque")
+
+
+def test_effects_can_be_overridden_by_number() -> None:
+    plant = rig_from_text(apply_overrides(AXIS, ["plant.effects.0.friction=25 N"])).plant
+    assert plant is not None
+    assert plant.effects[0].model_dump()["friction"] == 25.0
