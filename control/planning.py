@@ -1,0 +1,177 @@
+"""plan_run: from a rig and a run request to a run that is safe to start, or a refusal that says what to change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+from typing import Any
+
+from pydantic import ValidationError
+
+from config.errors import ManeuverError
+from config.maneuver import JointManeuver, Maneuver, StraightLine, maneuver_from_content
+from config.rig import Rig
+from control.joint_limits import SLOW_SHARE, JointLimits, in_joint_units, joint_index, joint_limits
+from control.kinematics import inverse
+from control.maneuver_pieces import PIECES, Ground
+from control.pieces import JointMove, Piece, Rest, Vector
+from control.plan_checks import check_position, check_program, check_volts, program_peaks
+from control.prediction import predict
+from control.program import Program
+from control.repeats import repeated
+from control.run_plan import Peaks, RunPlan
+from control.run_request import RunRequest
+from control.shaper_choice import ShaperChoice
+from control.shaper_setup import Extensions, extension_index, set_up_shaper
+
+APPROACH_HOLD_S = 2.0
+LONGEST_SHAPED_S = 600.0
+
+
+def plan_run(rig: Rig, request: RunRequest) -> RunPlan:
+    """Plan and check a run. Raises ManeuverError naming value, limit, unit, place and what to do next.
+
+    The program starts at its own start; an arm elsewhere is refused, or taken there slowly first (`request.approach`).
+    """
+    maneuver = _maneuver(request.maneuver)
+    joints = joint_limits(rig)
+    period_s = 1.0 / rig.loop.rate_Hz
+    start = _start(rig, maneuver, joints, request)
+    if request.repeat < 1:
+        raise ManeuverError("repeat must be at least 1", value=request.repeat, where=maneuver.name)
+    kind = str(request.maneuver["kind"])
+    pieces = PIECES[kind](maneuver, Ground(joints, rig.arm.hub_offset_m, start))
+    allowed = _allowed(joints, kind, start)
+    check_program(pieces, allowed, period_s, maneuver.name, _advice(rig, maneuver, joints))
+    check_volts(pieces, rig, joints, period_s, maneuver.name)
+    approach = _approach(joints, request, start, maneuver.name)
+    peaks = program_peaks([*approach, *pieces], joints, period_s)
+    setup = set_up_shaper(rig, ShaperChoice.from_content(request.shaper), _extensions(joints, pieces, peaks))
+    program = Program([*approach, *repeated(pieces, request.repeat, joints)])
+    first = program.at(0.0, 0)[0]
+    motion_end = max((s.end_s for s in program.segments() if s.kind == "move"), default=0.0)
+    names = tuple(joint.name for joint in joints)
+    plan = RunPlan(request, program, setup, names, first, motion_end, setup.build().flush_s, peaks)
+    _check_shaped(rig, replace(plan, program=Program([*approach, *pieces])), allowed, maneuver.name)
+    return plan
+
+
+def _maneuver(content: dict[str, Any]) -> Maneuver:
+    try:
+        return maneuver_from_content(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise ManeuverError(
+            f"the maneuver of the run request cannot be used: {first['msg']}",
+            where=".".join(str(part) for part in first["loc"]),
+            next_step="Load maneuver files with config.load, which names the line.",
+        ) from error
+
+
+def _start(rig: Rig, maneuver: Maneuver, joints: tuple[JointLimits, ...], request: RunRequest) -> Vector:
+    """The joint position the program itself starts from."""
+    if isinstance(maneuver, StraightLine):
+        names = [joint.name for joint in joints]
+        if names != ["rotary", "prismatic"]:
+            raise ManeuverError("a straight line needs the joints rotary, prismatic", value=", ".join(names), where=maneuver.name)
+        return inverse(maneuver.x_start_m, maneuver.y0_m, rig.arm.hub_offset_m)
+    assert isinstance(maneuver, JointManeuver)
+    given = {joint_index(joints, name, maneuver.name): (name, value) for name, value in maneuver.start.items()}
+    if len(request.start_position) != len(joints) and len(given) < len(joints):
+        raise ManeuverError(
+            "the maneuver starts where the arm is, so start_position needs one value for every joint",
+            value=len(request.start_position),
+            limit=len(joints),
+            where=maneuver.name,
+        )
+    return tuple(
+        in_joint_units(given[j][1], joint, "", f"{maneuver.name}, start.{joint.name}") if j in given else request.start_position[j]
+        for j, joint in enumerate(joints)
+    )
+
+
+def _allowed(joints: tuple[JointLimits, ...], kind: str, start: Vector) -> tuple[JointLimits, ...]:
+    """A jog or hold may begin outside the travel, but go no farther: else an arm that got there could not be brought back."""
+    if kind not in ("jog", "hold"):
+        return joints
+    return tuple(
+        replace(joint, travel=(min(joint.travel[0], position), max(joint.travel[1], position)))
+        for joint, position in zip(joints, start, strict=True)
+    )
+
+
+def _advice(rig: Rig, maneuver: Maneuver, joints: tuple[JointLimits, ...]) -> str:
+    """What to do about a position outside the travel; for a line the y0 at which all of it lies within the range of the extension."""
+    if not isinstance(maneuver, StraightLine):
+        return "Choose another start, a smaller amplitude or a shorter distance."
+    shortest, longest = (limit + rig.arm.hub_offset_m for limit in joints[1].travel)
+    xs, x = [maneuver.x_start_m], maneuver.x_start_m
+    for distance in maneuver.moves_m:
+        x += distance
+        xs.append(x)
+    nearest = 0.0 if min(xs) <= 0.0 <= max(xs) else min(map(abs, xs))
+    farthest = max(map(abs, xs))
+    if farthest >= longest:
+        return f"No y0 fits: |x| reaches {farthest:.4f} m, the arm {longest:.4f} m. Choose shorter moves."
+    low, high = sqrt(max(0.0, shortest**2 - nearest**2)), sqrt(longest**2 - farthest**2)
+    return f"Choose y0 ≥ {low:.4f} m and y0 ≤ {high:.4f} m."
+
+
+def _approach(joints: tuple[JointLimits, ...], request: RunRequest, start: Vector, where: str) -> list[Piece]:
+    """Nothing when the arm is at the start; else a slow synchronised move and a hold, if asked for."""
+    here = tuple(request.start_position) or start
+    away = [j for j, joint in enumerate(joints) if abs(here[j] - start[j]) > joint.start_tolerance]
+    if not away:
+        return []
+    joint = joints[away[0]]
+    if not request.approach:
+        raise ManeuverError(
+            f"the arm is not at the start of the maneuver: {joint.name} is at {joint.show(here[away[0]])}, "
+            f"the start is {joint.show(start[away[0]])}",
+            limit=joint.start_tolerance,
+            unit=joint.unit,
+            where=where,
+            next_step="Ask for an approach, or jog there.",
+        )
+    for limits, position in zip(joints, start, strict=True):
+        check_position(limits, position, 0.0, where, "Choose another start.")
+    speeds = tuple(SLOW_SHARE * limits.rate for limits in joints)
+    accelerations = tuple(SLOW_SHARE * limits.acceleration for limits in joints)
+    return [JointMove("approach", here, start, speeds, accelerations), Rest("settle", start, APPROACH_HOLD_S)]
+
+
+def _extensions(joints: tuple[JointLimits, ...], pieces: list[Piece], peaks: tuple[Peaks, ...]) -> Extensions | None:
+    """The approach counts in the range but not in initial and final: a shaper is tuned for the program."""
+    j = extension_index(joints)
+    if j is None:
+        return None
+    first_move = next((piece for piece in pieces if piece.kind == "move"), pieces[0])
+    final = first_move.at(first_move.duration_s)[0][j]
+    return Extensions(pieces[0].at(0.0)[0][j], final, peaks[j].lowest, peaks[j].highest)
+
+
+def _check_shaped(rig: Rig, plan: RunPlan, joints: tuple[JointLimits, ...], where: str) -> None:
+    """A shaper that can overshoot is run through one pass of the program."""
+    setup = plan.shaper
+    if setup.keeps_bounds:
+        return
+    if plan.program.duration_s > LONGEST_SHAPED_S:
+        raise ManeuverError(
+            f"one pass of the program is too long for the shaper {setup.kind}, which has to be run through beforehand",
+            value=f"{plan.program.duration_s:.0f}",
+            limit=f"{LONGEST_SHAPED_S:.0f}",
+            unit="s",
+            where=where,
+            next_step="Use repeat, or the shaper zvd, ei or none.",
+        )
+    for cycle in predict(rig, plan):
+        for joint, position, rate in zip(joints, cycle.reference, cycle.reference_rate, strict=True):
+            low, high = joint.travel
+            if abs(rate) > 1.001 * joint.rate or not low - 1e-6 <= position <= high + 1e-6:
+                raise ManeuverError(
+                    f"after shaping with {setup.kind}, {joint.name} leaves its limits at t = {cycle.t_s:.2f} s: "
+                    f"{joint.show(position)}, {rate:.4g} {joint.unit}/s",
+                    limit=f"{joint.show(low)} to {joint.show(high)}, {joint.rate:.4g} {joint.unit}/s",
+                    where=where,
+                    next_step="Choose another shaper or a slower maneuver.",
+                )

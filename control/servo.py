@@ -1,0 +1,95 @@
+"""One joint's servo: lag-lead on the error, feed-forward of the reference rate, null bias, limits with anti-windup.
+
+u = C(z)·(reference − position + correction) + k_ff · reference rate + bias + excitation
+"""
+
+from __future__ import annotations
+
+from math import isfinite, nan
+from typing import Any
+
+from config.rig import AnyJoint
+from config.servo import AnyServo
+from control.lag_lead import LagLead
+from control.limits import CommandLimit, clamp
+from control.velocity import VelocityEstimate
+
+# The bias is faded in after the servo engages: a valve must not be kicked by arming.
+BIAS_FADE_S = 0.5
+# A position beyond this (rad or m) is a broken sample, not a place; NaN and infinity fail the same comparison.
+FARTHEST = 1e4
+
+
+class JointServo:
+    """Makes a command in volts from reference and measured position. A broken sample is replaced by the last good one:
+    one lost sample does no harm, and a lasting loss is an interlock's business.
+    """
+
+    __slots__ = (
+        "_bias", "_bias_step", "_command_limit", "_compensator", "_feedforward", "_full_bias", "_travel", "_velocity",
+        "command_V", "position",
+    )  # fmt: skip
+
+    def __init__(self, joint: AnyJoint, servo: AnyServo, period_s: float) -> None:
+        corners = [(section.zero_rad_per_s, section.pole_rad_per_s) for section in servo.sections]
+        self._compensator = LagLead(servo.gain, corners, period_s)
+        self._feedforward = servo.velocity_feedforward
+        self._command_limit = CommandLimit(joint.command_limit_V, joint.command_rate_limit_V_per_s, period_s)
+        self._velocity = VelocityEstimate(servo.velocity_filter_Hz, period_s)
+        self._full_bias = servo.null_bias_V
+        self._bias_step = abs(servo.null_bias_V) * period_s / BIAS_FADE_S
+        self._travel = joint.travel
+        self._bias = 0.0
+        self.position = nan  # last finite measurement
+        self.command_V = 0.0
+
+    @property
+    def velocity(self) -> float:
+        """Estimated velocity (rad/s or m/s); NaN before the first finite position."""
+        return self._velocity.velocity if isfinite(self.position) else nan
+
+    def measure(self, position: float) -> None:
+        """Take this cycle's sample."""
+        if -FARTHEST < position < FARTHEST:
+            self.position = position
+        if isfinite(self.position):
+            self._velocity.step(self.position)
+
+    def release(self) -> None:
+        """Command 0, memory empty: as before the servo was ever engaged."""
+        self.command_V = 0.0
+        self._bias = 0.0
+
+    def engage(self) -> None:
+        """Start at rest with the reference at the measured position: the command goes on from where it is."""
+        self._compensator.preload(0.0, self.command_V)
+
+    def step(self, reference: float, reference_rate: float, excitation_V: float, correction: float = 0.0) -> None:
+        """One cycle; the result is in `command_V`. `correction` comes from the end-point feedback."""
+        error = reference - self.position
+        if correction != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without feedback re-execute bit for bit
+            error += correction
+        self._bias = clamp(self._full_bias, self._bias - self._bias_step, self._bias + self._bias_step)
+        inside = self._travel[0] <= self.position <= self._travel[1]
+        wanted = self._compensator.step(error) + self._feedforward * reference_rate + self._bias + (excitation_V if inside else 0.0)
+        limited = self._command_limit.apply(wanted, self.command_V)
+        if limited != wanted:
+            self._compensator.condition(error, limited - wanted)
+        self.command_V = limited
+
+    def snapshot(self) -> dict[str, Any]:
+        position = self.position if isfinite(self.position) else None
+        return {
+            "compensator": self._compensator.snapshot(),
+            "velocity": self._velocity.snapshot(),
+            "bias": self._bias,
+            "position": position,
+            "command_V": self.command_V,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        self._compensator.restore(state["compensator"])
+        self._velocity.restore(state["velocity"])
+        self._bias = state["bias"]
+        self.position = nan if state["position"] is None else state["position"]
+        self.command_V = state["command_V"]
