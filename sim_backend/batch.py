@@ -1,0 +1,227 @@
+"""Many simulations of the same logged commands in windows: what a comparison with measurement needs.
+
+`carry` goes through the whole log once and puts joints and link on their measured values at the start of every window; all that is
+not measured (spool, hysteresis, delay lines, pressures, temperatures) is carried on. `restart` repeats single windows from the kept
+states with one state moved. Both write readings as the sensors give them, without noise and without rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim_backend import kernel
+from sim_backend.compiled import Function
+from sim_backend.layout import (
+    D_STRIDE,
+    DIFFERENTIAL,
+    S_START,
+    S_STRIDE,
+    SENSOR_RING,
+    SENSOR_START,
+    SENSOR_STRIDE,
+    SLOTS,
+    C,
+    D,
+    H,
+    S,
+    Signal,
+    Vector,
+    X,
+)
+from sim_backend.parameters import Parameters
+from sim_backend.sensors import raw_counts
+from sim_backend.work import WORK
+
+TARGETS = 6  # measured values at a window's start: two positions, two velocities, tip deflection and its rate
+_UNROUNDED = 1e-6  # share of the declared resolution to which readings are rounded here: out of sight, kept for its range
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class WindowPlan:
+    """What is simulated: commands (rows × 2 slots, V), first row of every window, rows a window, one reading every `every` rows.
+
+    `targets`: rows × TARGETS, the measured motion at every row (NaN: carried like everything else).
+    """
+
+    commands_V: Array
+    starts: NDArray[np.int64]
+    rows: int
+    every: int
+    period_s: float
+    targets: Array
+
+    @property
+    def samples(self) -> int:
+        return (self.rows - 1) // self.every + 1
+
+
+def quiet(parameters: Parameters) -> Vector:
+    """The parameter vector with sensors that neither round, drop samples nor make noise."""
+    values = parameters.values.copy()
+    for number in range(len(parameters.sensors)):
+        q = S_START + number * S_STRIDE
+        values[q + S.RESOLUTION] *= _UNROUNDED
+        values[q + S.NOISE] = values[q + S.DROPOUT] = 0.0
+    return values
+
+
+def carry(start: Vector, p: Vector, plan: WindowPlan, keep: bool = False) -> tuple[Array, Array]:
+    """Readings (windows × samples × sensors, SI) with parameters `p` from state `start`; with `keep` also the windows' first states.
+
+    Releases the interpreter lock: call it from several threads.
+    """
+    out = np.empty((len(plan.starts), plan.samples, int(p[C.SENSORS])))
+    kept = np.empty((len(plan.starts) if keep else 0, start.size))
+    _carry(start.copy(), p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets, out, kept)
+    return out * _resolutions(p), kept
+
+
+def restart(kept: Array, p: Vector, plan: WindowPlan, state: int, change: float) -> Array:
+    """Readings as those of `carry`, every window from its kept state with differential state number `state` moved by `change`."""
+    out = np.empty((len(plan.starts), plan.samples, int(p[C.SENSORS])))
+    _restart(kept, p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, state, change, out)
+    return out * _resolutions(p)
+
+
+def _resolutions(p: Vector) -> Vector:
+    count = int(p[C.SENSORS])
+    return p[S_START + S.RESOLUTION : S_START + count * S_STRIDE : S_STRIDE]
+
+
+def _released(function: Function) -> Function:
+    """As compiled(), but free of the interpreter lock, so that threads run beside each other."""
+    return njit(cache=True, error_model="numpy", nogil=True)(function)  # type: ignore[no-any-return]
+
+
+@_released
+def _rows(
+    x: Vector,
+    p: Vector,
+    w: Vector,
+    scratch: tuple[Vector, Vector, Vector],
+    commands: Array,
+    first: int,
+    last: int,
+    every: int,
+    period_s: float,
+    out: Array,
+) -> None:
+    """Advance from row `first` to row `last`; a reading every `every` rows goes into the next row of `out`, while there is one."""
+    for row in range(first, last):
+        sample = (row - first) // every
+        if (row - first) % every == 0 and sample < out.shape[0]:
+            raw_counts(x, p, period_s, out[sample])
+        kernel.advance(x, p, w, scratch, commands[row, 0], commands[row, 1], period_s)
+
+
+@_released
+def _move_readings(x: Vector, p: Vector, signal: int, change: float) -> None:
+    """Move the lag and delay line of the sensors of one signal with the state they measure."""
+    for number in range(int(p[C.SENSORS])):
+        if int(p[S_START + number * S_STRIDE + S.SIGNAL]) == signal:
+            at = SENSOR_START + number * SENSOR_STRIDE
+            x[at] += change
+            for k in range(SENSOR_RING):
+                x[at + 3 + k] += change
+
+
+@_released
+def _move(x: Vector, p: Vector, state: int, change: float) -> None:
+    """Move one differential state, and what goes with it."""
+    x[state] += change
+    for slot in range(SLOTS):
+        if state == slot * D_STRIDE + D.POSITION:
+            x[slot * D_STRIDE + D.ACTUATOR_POSITION] += change
+            _move_readings(x, p, Signal.POSITION + slot, change)
+        if state == slot * D_STRIDE + D.VELOCITY:
+            x[slot * D_STRIDE + D.ACTUATOR_VELOCITY] += change
+    if state == X.SHAPE_1:
+        _move_readings(x, p, Signal.TIP_DEFLECTION, change)
+
+
+@_released
+def _true_motion(p: Vector, signal: int, targets: Array, row: int, column: int, rate_column: int, period_s: float) -> tuple[float, float]:
+    """True value and rate at a row, as far as the model knows the sensor: what a late sensor shows later is true now."""
+    factor, offset, shift = 1.0, 0.0, 0.0
+    for number in range(int(p[C.SENSORS])):
+        q = S_START + number * S_STRIDE
+        if int(p[q + S.SIGNAL]) == signal:
+            factor = p[q + S.POLARITY] * p[q + S.SCALE]
+            offset = p[q + S.OFFSET] + p[q + S.BIAS]
+            shift = min(p[q + S.DELAY] / period_s, targets.shape[0] - 2.0 - row)
+    later = row + int(shift)
+    part = shift - int(shift)
+    value = (1.0 - part) * targets[later, column] + part * targets[later + 1, column]
+    rate = (1.0 - part) * targets[later, rate_column] + part * targets[later + 1, rate_column]
+    return (value - offset) / factor, rate / factor
+
+
+@_released
+def _correct(x: Vector, p: Vector, targets: Array, row: int, period_s: float) -> None:
+    """Put the measured states where the measurement says they are."""
+    for slot in range(SLOTS):
+        if not np.isnan(targets[row, slot]):
+            position, velocity = _true_motion(p, Signal.POSITION + slot, targets, row, slot, 2 + slot, period_s)
+            if np.isnan(position):
+                continue
+            _move(x, p, slot * D_STRIDE + D.POSITION, position - x[slot * D_STRIDE + D.POSITION])
+            _move(x, p, slot * D_STRIDE + D.VELOCITY, velocity - x[slot * D_STRIDE + D.VELOCITY])
+    if p[C.BENDING_STIFFNESS] > 0.0 and not np.isnan(targets[row, 4]):
+        value, rate = _true_motion(p, Signal.TIP_DEFLECTION, targets, row, 4, 5, period_s)
+        if not np.isnan(value):
+            _move(x, p, X.SHAPE_1, value - x[X.SHAPE_1])
+            x[X.SHAPE_1_RATE] = rate
+
+
+@_released
+def _carry(
+    x: Vector,
+    p: Vector,
+    commands: Array,
+    starts: NDArray[np.int64],
+    rows: int,
+    every: int,
+    period_s: float,
+    targets: Array,
+    out: Array,
+    kept: Array,
+) -> None:
+    w = np.zeros(WORK)
+    scratch = (np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL))
+    nothing = np.empty((0, out.shape[2]))
+    x[H.RESERVOIR : H.OIL + 1] += p[C.INITIAL_TEMPERATURE] - x[H.OIL]
+    row = 0
+    for i in range(starts.size):
+        _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, nothing)
+        _correct(x, p, targets, starts[i], period_s)
+        if kept.shape[0] > 0:
+            kept[i] = x
+        row = starts[i] + rows
+        _rows(x, p, w, scratch, commands, starts[i], row, every, period_s, out[i])
+
+
+@_released
+def _restart(
+    kept: Array,
+    p: Vector,
+    commands: Array,
+    starts: NDArray[np.int64],
+    rows: int,
+    every: int,
+    period_s: float,
+    state: int,
+    change: float,
+    out: Array,
+) -> None:
+    w = np.zeros(WORK)
+    scratch = (np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL))
+    for i in range(starts.size):
+        x = kept[i].copy()
+        _move(x, p, state, change)
+        _rows(x, p, w, scratch, commands, starts[i], starts[i] + rows, every, period_s, out[i])

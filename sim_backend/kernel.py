@@ -1,0 +1,171 @@
+"""The compiled plant: one control period a call, or many. Fixed-step Runge-Kutta of fourth order, no allocation, no branch on time.
+
+Per control period: temperature terms, sensors, heat. Per step: delay line, hysteresis, the spool that follows at once. Within a step
+everything else is one system of ordinary differential equations.
+"""
+
+from __future__ import annotations
+
+from math import ceil, floor
+
+from sim_backend.chambers import ATMOSPHERE_PA, air_share, oil_pressure
+from sim_backend.compiled import compiled
+from sim_backend.layout import (
+    D_STRIDE,
+    DIFFERENTIAL,
+    J_START,
+    J_STRIDE,
+    RING,
+    RING_START,
+    SLOTS,
+    C,
+    D,
+    H,
+    J,
+    Vector,
+    X,
+)
+from sim_backend.link import damping_factor
+from sim_backend.rates import rates
+from sim_backend.sensors import follow_sensors, raw_counts, true_signals
+from sim_backend.thermal import temperature_terms, thermal_step
+from sim_backend.valve import spool_command
+from sim_backend.work import LINK_DAMPING, SIGNAL_START, W_STRIDE, W
+
+_HALF_UP = 1e-9  # a period of exactly n steps must not be cut into n + 1 by rounding
+
+
+@compiled
+def delayed_command(x: Vector, slot: int, delay_steps: float) -> float:
+    """The slot's command of `delay_steps` integration steps ago, averaged over the step."""
+    delay = min(delay_steps, RING - 2.0)
+    whole = floor(delay)
+    part = delay - whole
+    ring, head = RING_START + slot * RING, int(x[H.RING_HEAD]) + RING
+    newer = x[ring + (head - int(whole)) % RING]
+    return float(newer if part == 0.0 else (1.0 - part) * newer + part * x[ring + (head - int(whole) - 1) % RING])
+
+
+@compiled
+def start_step(x: Vector, p: Vector, w: Vector, command_0: float, command_1: float, step_s: float) -> None:
+    """What is constant over a step: delayed command, hysteresis; and the spool that has no lag."""
+    x[H.RING_HEAD] = (int(x[H.RING_HEAD]) + 1) % RING
+    for slot in range(SLOTS):
+        s, j = slot * D_STRIDE, J_START + slot * J_STRIDE
+        if p[j + J.KIND] == 0.0:
+            continue
+        command = command_0 if slot == 0 else command_1
+        x[RING_START + slot * RING + int(x[H.RING_HEAD])] = command
+        if p[j + J.DELAY] > 0.0:
+            command = delayed_command(x, slot, p[j + J.DELAY] / step_s)
+        wanted, x[H.PLAY + slot] = spool_command(command, x[H.PLAY + slot], p, j, x[H.OIL])
+        w[slot * W_STRIDE + W.WANTED] = wanted
+        if p[j + J.VALVE_TIME] == 0.0:
+            reach = p[j + J.SLEW_RATE] * step_s
+            x[s + D.SPOOL] += min(max(wanted - x[s + D.SPOOL], -reach), reach)
+
+
+@compiled
+def start_air(x: Vector, p: Vector, w: Vector) -> None:
+    """Air share of every chamber at the step's start, about which the step expands it."""
+    for slot in range(SLOTS):
+        s, j, k = slot * D_STRIDE, J_START + slot * J_STRIDE, slot * W_STRIDE
+        fraction = p[j + J.AIR_FRACTION]
+        if fraction == 0.0:
+            w[k + W.AIR_A] = w[k + W.AIR_B] = 0.0
+            continue
+        a = oil_pressure(x[s + D.PRESSURE_A], p[C.VAPOUR_PRESSURE]) + ATMOSPHERE_PA
+        b = oil_pressure(x[s + D.PRESSURE_B], p[C.VAPOUR_PRESSURE]) + ATMOSPHERE_PA
+        w[k + W.AIR_A], w[k + W.INVERSE_A] = air_share(a, fraction), 1.0 / a
+        w[k + W.AIR_B], w[k + W.INVERSE_B] = air_share(b, fraction), 1.0 / b
+
+
+@compiled
+def runge_kutta_step(x: Vector, p: Vector, w: Vector, y: Vector, d: Vector, total: Vector, step_s: float) -> None:
+    """One classical fourth-order step of the differential states; y, d and total are scratch."""
+    frozen = x[H.FROZEN]
+    start_air(x, p, w)
+    rates(x, p, w, frozen, step_s, d)
+    for i in range(DIFFERENTIAL):
+        total[i] = d[i]
+        y[i] = x[i] + 0.5 * step_s * d[i]
+    rates(y, p, w, frozen, step_s, d)
+    for i in range(DIFFERENTIAL):
+        total[i] += 2.0 * d[i]
+        y[i] = x[i] + 0.5 * step_s * d[i]
+    rates(y, p, w, frozen, step_s, d)
+    for i in range(DIFFERENTIAL):
+        total[i] += 2.0 * d[i]
+        y[i] = x[i] + step_s * d[i]
+    rates(y, p, w, frozen, step_s, d)
+    for i in range(DIFFERENTIAL):
+        x[i] += step_s / 6.0 * (total[i] + d[i])
+
+
+@compiled
+def hold_terms(x: Vector, p: Vector, w: Vector) -> None:
+    """Coefficients that hold for one control period: what temperature does, and the link's damping at its present length."""
+    for slot in range(SLOTS):
+        if p[J_START + slot * J_STRIDE + J.KIND] > 0.0:
+            temperature_terms(x, p, J_START + slot * J_STRIDE, w, slot * W_STRIDE)
+    if p[C.ARM] > 0.0:
+        w[LINK_DAMPING] = damping_factor(x[D_STRIDE + D.POSITION], p)
+
+
+@compiled
+def evaluate(x: Vector, p: Vector, w: Vector, d: Vector, step_s: float) -> None:
+    """Bring the true signals up to date with the state; d is scratch."""
+    start_air(x, p, w)
+    rates(x, p, w, x[H.FROZEN], step_s, d)
+    true_signals(x, p, w)
+
+
+@compiled
+def advance(
+    x: Vector,
+    p: Vector,
+    w: Vector,
+    scratch: tuple[Vector, Vector, Vector],
+    command_0: float,
+    command_1: float,
+    period_s: float,
+) -> None:
+    """One control period with the commands (V, one a slot) held. x: state, p: parameters, w: work vector; x changes in place."""
+    steps = max(ceil(period_s / p[C.STEP] - _HALF_UP), 1)
+    step_s = period_s / steps
+    y, d, total = scratch
+    hold_terms(x, p, w)
+    for _ in range(steps):
+        start_step(x, p, w, command_0, command_1, step_s)
+        runge_kutta_step(x, p, w, y, d, total, step_s)
+    x[H.TIME] += period_s
+    evaluate(x, p, w, d, step_s)
+    follow_sensors(x, p, w, period_s)
+    if p[C.THERMAL] > 0.0:
+        taken = x[D.SUPPLY_VOLUME] + x[D_STRIDE + D.SUPPLY_VOLUME]
+        thermal_step(x, (taken - x[H.OLD_SUPPLY_VOLUME]) / period_s, x[X.SUPPLY_PRESSURE], p, period_s)
+        x[H.OLD_SUPPLY_VOLUME] = taken
+
+
+@compiled
+def run(
+    x: Vector,
+    p: Vector,
+    w: Vector,
+    scratch: tuple[Vector, Vector, Vector],
+    commands: Vector,
+    period_s: float,
+    states: Vector,
+    signals: Vector,
+    counts: Vector,
+) -> None:
+    """Advance by one period for every row of commands (n × 2, V); write differential states, true signals and raw counts.
+
+    Row k of the results is the plant at the start of period k, before command k acts; the log has the same convention.
+    """
+    for i in range(commands.shape[0]):
+        states[i, :] = x[:DIFFERENTIAL]
+        signals[i, :] = w[SIGNAL_START : SIGNAL_START + signals.shape[1]]
+        if counts.shape[0] > 0:
+            raw_counts(x, p, period_s, counts[i])
+        advance(x, p, w, scratch, commands[i, 0], commands[i, 1], period_s)
