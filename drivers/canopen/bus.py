@@ -1,0 +1,232 @@
+"""One CAN bus shared by all its devices: drained once a cycle in the loop's thread, SYNC and our heartbeat sent by the loop itself.
+
+Nothing here runs in a thread of its own: when the loop stops, SYNC and heartbeat stop too, and the devices make themselves safe.
+
+A frame's stamp is its time of arrival on the monotonic clock. The interface stamps with the wall clock, which may be stepped; but a
+frame that was not there when the bus was last found empty arrived since then, so the stamp is held between that instant and now.
+
+A cycle in which a frame could not be sent (ENOBUFS: the transmit queue is full) or the controller is bus-off is a faulty cycle. A
+set point that could not be sent is dropped, never sent later: the next cycle has a newer one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import can
+
+from config.canopen_options import CanBus
+from config.errors import DriverError
+
+SYNC_ID = 0x080
+HEARTBEAT_ID = 0x700
+OPERATIONAL = 5
+MOST_FRAMES = 128  # a cycle: six times what 1 Mbit/s carries in 1 ms; what is left over comes in the next cycle and is counted
+CONVERSATION_PERIOD_NS = 1_000_000  # SYNC period outside the loop
+_BUS_OFF, _RESTARTED = 0x040, 0x100  # classes of SocketCAN's error frames
+_UNREADABLE = can.Message(is_error_frame=True)  # counts as an error frame that says nothing
+
+FrameHandler = Callable[[bytearray, int], None]  # data, time of arrival in ns
+
+
+class CanopenBus:
+    """The bus of a set of devices. `heartbeat_period_s` = 0: no heartbeat of ours is needed."""
+
+    def __init__(self, can_bus: can.BusABC, settings: CanBus, heartbeat_period_s: float) -> None:
+        self.can_bus = can_bus
+        self.settings = settings
+        self.heartbeat_period_ns = round(1e9 * heartbeat_period_s)
+        self.heartbeat_sent_ns = 0
+        self._routes: dict[int, FrameHandler] = {}
+        self._sync = can.Message(arbitration_id=SYNC_ID, is_extended_id=False)
+        self._heartbeat = can.Message(arbitration_id=HEARTBEAT_ID + settings.own_node, is_extended_id=False, data=[OPERATIONAL])
+        self._cycle_ns = -1
+        self._emptied_ns = 0
+        self._heartbeat_due_ns = 0
+        self._cycle_faulty = self._bus_off = False
+        self._faulty_cycles = 0
+        self._last_error = ""
+        self.frames = self.foreign = self.left_over = self.send_failures = self.error_frames = 0
+
+    def route(self, cob_id: int, handler: FrameHandler) -> None:
+        """Frames with this identifier go to `handler`. DriverError when another device has it already."""
+        if cob_id in self._routes:
+            raise DriverError("two devices use one CAN identifier", value=hex(cob_id), where=self.settings.channel)
+        self._routes[cob_id] = handler
+
+    def unroute(self, cob_id: int) -> None:
+        self._routes.pop(cob_id, None)
+
+    def begin_cycle(self, now_ns: int) -> None:
+        """Once a cycle (further calls with the same `now_ns` do nothing): receive what has come, then SYNC for the next answers.
+
+        Raises DriverError when there were too many faulty cycles in a row.
+        """
+        if now_ns == self._cycle_ns:
+            return
+        self._cycle_ns = now_ns
+        self._count_fault()
+        self._drain(now_ns)
+        self._send_heartbeat_if_due(now_ns)
+        self.send(self._sync)
+        if self._faulty_cycles >= self.settings.fault_cycles:
+            self._raise_fault()
+
+    def send(self, message: can.Message) -> None:
+        """Send, or count that it could not be sent. Never waits, never repeats."""
+        try:
+            self.can_bus.send(message, 0)
+        except (can.CanError, OSError) as error:
+            self.send_failures += 1
+            self._cycle_faulty = True
+            self._last_error = str(error)
+
+    def receive_waiting(self) -> None:
+        """Handle what has come since the last cycle."""
+        self._drain(time.monotonic_ns())
+
+    def converse(
+        self, done: Callable[[], bool], limit_s: float, tell: Callable[[], None] | None = None, heartbeat: bool = True
+    ) -> float | None:
+        """SYNC cycles outside the loop until `done()`: the seconds it took, None when `limit_s` was not enough.
+
+        `tell` sends what the devices are to hear in every such cycle. For activation, the safe state and its proof only.
+        """
+        start = time.monotonic_ns()
+        end = start + round(1e9 * limit_s)
+        now = start
+        while now < end:
+            if heartbeat:
+                self._send_heartbeat_if_due(now)
+            if tell is not None:
+                tell()
+            self.send(self._sync)
+            if self._listen(min(now + CONVERSATION_PERIOD_NS, end), done):
+                return (time.monotonic_ns() - start) * 1e-9
+            now = time.monotonic_ns()
+        return None
+
+    def shutdown(self) -> None:
+        self.can_bus.shutdown()
+
+    def _drain(self, now_ns: int) -> None:
+        unix_minus_monotonic_ns = time.time_ns() - now_ns
+        receive = self._receive
+        for _ in range(MOST_FRAMES):
+            message = receive(0.0)
+            if message is None:
+                if not self._cycle_faulty:
+                    self._emptied_ns = now_ns
+                return
+            self._dispatch(message, now_ns, unix_minus_monotonic_ns)
+        self.left_over += 1
+        self._cycle_faulty = True
+        self._last_error = f"more than {MOST_FRAMES} frames in one cycle"
+
+    def _listen(self, until_ns: int, done: Callable[[], bool]) -> bool:
+        now = time.monotonic_ns()
+        while not done():
+            if now >= until_ns:
+                return False
+            message = self._receive((until_ns - now) * 1e-9)
+            now = time.monotonic_ns()
+            if message is not None:
+                self._dispatch(message, now, time.time_ns() - now)
+            elif not self._cycle_faulty:
+                self._emptied_ns = now
+        return True
+
+    def _receive(self, timeout_s: float) -> can.Message | None:
+        try:
+            return self.can_bus.recv(timeout_s)
+        except (can.CanError, OSError) as error:
+            self._cycle_faulty = True
+            self._last_error = str(error)
+        except Exception:  # whatever an interface raises for bytes that are no frame (udp_multicast carries anything)
+            return _UNREADABLE
+        return None
+
+    def _dispatch(self, message: can.Message, now_ns: int, unix_minus_monotonic_ns: int) -> None:
+        if message.is_error_frame:
+            self._on_error_frame(message.arbitration_id)
+            return
+        handler = self._routes.get(message.arbitration_id)
+        if handler is None or message.is_extended_id or message.is_remote_frame:
+            self.foreign += 1
+            return
+        self.frames += 1
+        arrived = int(message.timestamp * 1e9) - unix_minus_monotonic_ns
+        handler(message.data, min(max(arrived, self._emptied_ns), now_ns))
+
+    def _on_error_frame(self, classes: int) -> None:
+        self.error_frames += 1
+        if classes & _BUS_OFF:
+            self._bus_off = True
+        elif classes & _RESTARTED:
+            self._bus_off = False
+
+    def _send_heartbeat_if_due(self, now_ns: int) -> None:
+        if self.heartbeat_period_ns and now_ns >= self._heartbeat_due_ns:
+            self._heartbeat_due_ns = now_ns + self.heartbeat_period_ns
+            self.heartbeat_sent_ns = now_ns
+            self.send(self._heartbeat)
+
+    def _count_fault(self) -> None:
+        faulty = self._cycle_faulty or self._bus_off
+        self._faulty_cycles = self._faulty_cycles + 1 if faulty else 0
+        self._cycle_faulty = False
+
+    def _raise_fault(self) -> NoReturn:
+        what = "the CAN controller is bus-off" if self._bus_off else f"the CAN bus is faulty ({self._last_error})"
+        raise DriverError(
+            what,
+            value=f"{self._faulty_cycles} cycles in a row",
+            limit=self.settings.fault_cycles,
+            where=self.settings.channel,
+            next_step="Check cable, terminators, bit rate and that nothing else floods the bus.",
+        )
+
+
+class _Shared:
+    """A bus and how many devices have it open."""
+
+    def __init__(self, bus: CanopenBus) -> None:
+        self.bus = bus
+        self.users = 0
+
+
+_shared: dict[tuple[str, str], _Shared] = {}
+
+
+def acquire(settings: CanBus, heartbeat_period_s: float) -> CanopenBus:
+    """The bus of these settings, opened by its first user. DriverError when it cannot be opened."""
+    entry = _shared.get(settings.key)
+    if entry is None:
+        entry = _shared[settings.key] = _Shared(CanopenBus(_open(settings), settings, heartbeat_period_s))
+    entry.users += 1
+    return entry.bus
+
+
+def release(bus: CanopenBus) -> None:
+    """Give the bus back; the last user closes it."""
+    entry = _shared[bus.settings.key]
+    entry.users -= 1
+    if entry.users == 0:
+        del _shared[bus.settings.key]
+        bus.shutdown()
+
+
+def _open(settings: CanBus) -> can.BusABC:
+    # The bit rate of a SocketCAN interface is set by the network configuration; python-can ignores it there.
+    options: dict[str, Any] = {"interface": settings.interface, "channel": settings.channel, "bitrate": int(settings.bitrate)}
+    try:
+        return can.Bus(**options)
+    except (can.CanError, OSError, ValueError, ImportError) as error:
+        raise DriverError(
+            "the CAN bus cannot be opened",
+            value=f"{type(error).__name__}: {error}",
+            where=f"{settings.interface} {settings.channel}",
+            next_step="Is the interface up? ip link show; for socketcan: ip link set can0 up type can bitrate 1000000.",
+        ) from error

@@ -1,0 +1,163 @@
+"""What all CANopen devices share: their place on the bus, set-up, NMT state, emergencies, and how old their last frame is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from config.canopen_options import CanopenOptions
+from config.errors import DriverError
+from drivers.canopen.bus import HEARTBEAT_ID, OPERATIONAL, CanopenBus, acquire, release
+from drivers.canopen.node_setup import U16, NodeSetup, Setting
+from drivers.contract import Quality, Sample
+
+EMERGENCY_ID = 0x080
+_BOOT_UP = 0
+_START_LIMIT_S = 1.0  # added to three heartbeats
+
+
+class CanopenDevice:
+    """Base of the drivers. A subclass says what is written (`_settings`), which frame it listens to, and what a frame means.
+
+    `received` counts its frames, `missing` the cycles since the last one, `missed` the cycles in which one was due and did not come,
+    `malformed` its frames that could not be read. `emergency` is the code of the last EMCY (0: none, or over).
+    """
+
+    inputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+    tpdo = 1  # number of the process data frame it sends
+    every_syncs = 1  # and how often
+
+    def __init__(self, name: str, options: CanopenOptions, heartbeat_period_s: float, lockstep: bool) -> None:
+        if lockstep:
+            raise DriverError("a CAN device lives in real time", where=f"devices.{name}", next_step="Use the wall clock, or driver: sim.")
+        self.name = name
+        self.node = options.node
+        self._options = options
+        self._heartbeat_period_s = heartbeat_period_s
+        self._bus: CanopenBus | None = None
+        self._samples = [Sample() for _ in self.inputs]
+        self._configured = False
+        self._fresh = False
+        self._read_ns = -1
+        self._silence = options.missing_frames * self.every_syncs
+        self.missing = self._silence
+        self.received = self.missed = self.malformed = self.emergency = 0
+        self.nmt_state = -1
+        self.restarted = False
+
+    def open(self) -> None:
+        if self._bus is not None:
+            raise DriverError("the device is open already", where=self.name)
+        bus = acquire(self._options.bus, self._heartbeat_period_s)
+        try:
+            bus.route(self._tpdo_id, self._on_process_data)
+            bus.route(HEARTBEAT_ID + self.node, self._on_heartbeat)
+            bus.route(EMERGENCY_ID + self.node, self._on_emergency)
+        except DriverError:
+            release(bus)
+            raise
+        self._bus = bus
+
+    def configure(self) -> None:
+        """Every setting written, read back and compared; then the node is started and its heartbeat says that it runs."""
+        bus = self._opened()
+        with NodeSetup(bus.can_bus, self.node, self.name) as setup:
+            setup.pre_operational()
+            setup.write([Setting(0x1017, 0, round(1e3 * self._options.heartbeat_s), U16, "heartbeat producer in ms")])
+            self._set_up(setup)
+            setup.command("OPERATIONAL", 3 * self._options.heartbeat_s + _START_LIMIT_S)
+        self.nmt_state = OPERATIONAL
+        self.restarted = False
+        self.emergency = 0
+        self._configured = True
+
+    def read(self, now_ns: int) -> Sequence[Sample]:
+        self._opened().begin_cycle(now_ns)
+        if now_ns != self._read_ns:
+            self._read_ns = now_ns
+            self._count_frame()
+            self._assess()
+        if self.restarted and self._configured:
+            raise self._error(
+                "the device restarted by itself and has lost its settings", next_step="Restart the service: it sets the device up."
+            )
+        return self._samples
+
+    def close(self) -> None:
+        bus, self._bus = self._bus, None
+        self._configured = False
+        if bus is None:
+            return
+        for cob_id in (self._tpdo_id, HEARTBEAT_ID + self.node, EMERGENCY_ID + self.node):
+            bus.unroute(cob_id)
+        release(bus)
+
+    def _set_up(self, setup: NodeSetup) -> None:
+        """For subclasses: write and read back what this device needs."""
+        raise NotImplementedError
+
+    def _on_process_data(self, data: bytearray, stamp_ns: int) -> None:
+        """For subclasses: what a frame says; call _accept() when it could be read."""
+        raise NotImplementedError
+
+    def _assess(self) -> None:
+        """For subclasses: once a cycle, the quality of the samples."""
+        raise NotImplementedError
+
+    def _accept(self) -> None:
+        self.received += 1
+        self._fresh = True
+
+    def _count_frame(self) -> None:
+        if self._fresh:
+            self._fresh = False
+            self.missing = 0
+        else:
+            self.missing += 1
+            self.missed += self.missing >= self.every_syncs
+
+    def _answers(self, done: Callable[[], bool], limit_s: float, tell: Callable[[], None]) -> bool:
+        """Tell the device something until a frame makes `done()` true, but not the one frame that may answer an earlier SYNC."""
+        bus = self._opened()
+        bus.receive_waiting()
+        first = self.received + 2
+        return bus.converse(lambda: self.received >= first and done(), limit_s, tell) is not None
+
+    def _frame_quality(self) -> Quality:
+        """By the frame's coming alone: one missing frame may be lateness, several are a silent device."""
+        if self._is_silent or not self.received:
+            return Quality.BAD
+        return Quality.GOOD if self.missing < self.every_syncs else Quality.UNCERTAIN
+
+    def _on_heartbeat(self, data: bytearray, stamp_ns: int) -> None:
+        if len(data) != 1:
+            self.malformed += 1
+            return
+        self.nmt_state = data[0] & 0x7F
+        if self.nmt_state == _BOOT_UP:
+            self.restarted = True
+
+    def _on_emergency(self, data: bytearray, stamp_ns: int) -> None:
+        if len(data) != 8:
+            self.malformed += 1
+            return
+        self.emergency = data[0] | data[1] << 8
+
+    @property
+    def _is_silent(self) -> bool:
+        return self.missing >= self._silence
+
+    @property
+    def _tpdo_id(self) -> int:
+        return 0x80 + 0x100 * self.tpdo + self.node
+
+    def _opened(self) -> CanopenBus:
+        if self._bus is None:
+            raise DriverError("the device is not open", where=self.name, next_step="Call open() first.")
+        return self._bus
+
+    def _error(self, what: str, value: object = "", limit: object = "", unit: str = "", next_step: str = "") -> DriverError:
+        emergency = f" (last emergency 0x{self.emergency:04X})" if self.emergency else ""
+        return DriverError(
+            f"node {self.node}: {what}{emergency}", value=value, limit=limit, unit=unit, where=self.name, next_step=next_step
+        )

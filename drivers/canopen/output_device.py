@@ -1,0 +1,127 @@
+"""What CANopen devices with outputs share: nothing acts before activate(), every way out is safe, and safe is seen to be safe.
+
+While active the device hears a command from us in every cycle, and while not, that it is to stay safe; so its own supervision acts
+when the loop dies. safe() itself never waits, because the next device must become safe too: the following reads watch whether this
+one says that it is, and raise when it does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from config.canopen_options import CanopenOptions
+from config.errors import DriverError
+from drivers.canopen.device import CanopenDevice
+from drivers.contract import Sample
+
+ACTIVATE_S = 0.05  # a device takes one or two SYNC periods a state
+CLOSE_S = 0.05
+
+
+class OutputDevice(CanopenDevice):
+    """Base of valves and output modules. `patience` is the number of cycles in a row in which it may be other than it must."""
+
+    def __init__(
+        self, name: str, options: CanopenOptions, timeout_s: float, heartbeat_period_s: float, lockstep: bool, patience: int
+    ) -> None:
+        super().__init__(name, options, heartbeat_period_s, lockstep)
+        self._timeout_s = timeout_s
+        self._patience = patience
+        self._active = False
+        self._bad_cycles = 0
+        self._confirm_from = 0  # the frame from which on it must say that it is safe; 0: nothing to confirm
+
+    def activate(self) -> None:
+        """Clears what may be cleared and sees the device ready, its outputs safe. DriverError when it does not get there."""
+        self._opened()
+        if not self._configured:
+            raise self._error("the device is not configured", next_step="Call configure() before activate().")
+        self._make_ready()
+        self._bad_cycles = self._confirm_from = self.emergency = 0
+        self._active = True
+
+    def write(self, values: Sequence[float], now_ns: int) -> None:
+        self._opened()
+        if not self._active:
+            raise self._error("the device is not active", next_step="Call activate() before write().")
+        if len(values) != len(self.outputs) or not all(map(isfinite, values)):
+            self._tell_safe()
+            raise self._error(
+                f"a finite number is needed for each of {len(self.outputs)} outputs", list(values), next_step="Outputs are safe now."
+            )
+        if self._is_right():
+            self._bad_cycles = 0
+        else:
+            self._bad_cycles += 1
+        if self._bad_cycles > self._patience:
+            self._tell_safe()
+            raise self._error(
+                self._trouble(), f"{self._bad_cycles} cycles in a row", self._patience, next_step="Read the device's fault memory."
+            )
+        self._command(values)
+
+    def read(self, now_ns: int) -> Sequence[Sample]:
+        samples = super().read(now_ns)
+        if self._configured and not self._active:
+            self._tell_safe()
+            self._watch_safe()
+        return samples
+
+    def safe(self) -> None:
+        """Tells the device to be safe. The next reads raise DriverError when it does not say that it is."""
+        was_active, self._active = self._active, False
+        if self._bus is None or not self._configured:
+            return
+        self._tell_safe()
+        if was_active and self.outputs:
+            self._bad_cycles = 0
+            self._confirm_from = self.received + 2  # one frame may be on its way that answers an earlier SYNC
+
+    def close(self) -> None:
+        """safe(), waits until the device says that it is, and gives the bus back. DriverError when it does not."""
+        try:
+            self.safe()
+            if self._confirm_from and not self._answers(self._is_safe, CLOSE_S, self._tell_safe):
+                raise self._not_confirmed()
+        finally:
+            self._confirm_from = 0
+            super().close()
+
+    def _watch_safe(self) -> None:
+        if not self._confirm_from:
+            return
+        self._bad_cycles += 1
+        if self.received >= self._confirm_from and self._is_safe():
+            self._confirm_from = 0
+        elif self._bad_cycles > self._patience:
+            self._confirm_from = 0
+            raise self._not_confirmed()
+
+    def _not_confirmed(self) -> DriverError:
+        next_step = f"Its own supervision acts {1e3 * self._timeout_s:.0f} ms after our last frame: take the pressure off."
+        return self._error("the device did not confirm that it is safe", self._trouble(), next_step=next_step)
+
+    def _make_ready(self) -> None:
+        """For subclasses: bring the device to the state from which the first write acts."""
+        raise NotImplementedError
+
+    def _command(self, values: Sequence[float]) -> None:
+        """For subclasses: send the outputs."""
+        raise NotImplementedError
+
+    def _tell_safe(self) -> None:
+        """For subclasses: send what makes it safe."""
+        raise NotImplementedError
+
+    def _is_right(self) -> bool:
+        """For subclasses: an active device is as it must be."""
+        raise NotImplementedError
+
+    def _is_safe(self) -> bool:
+        """For subclasses: what the last frame says."""
+        raise NotImplementedError
+
+    def _trouble(self) -> str:
+        """For subclasses: what is wrong, in words."""
+        raise NotImplementedError

@@ -1,0 +1,63 @@
+"""The driver contract. A plug-in implements these verbs; it need not import longreach (typing.Protocol).
+
+Life of a driver:  open → configure → activate → (read, write)* → safe → close.
+After `open` and before `activate` it may be read but must not move anything. `safe` puts every output into its safe state and
+may be called at any time, also twice; after it a write needs a new `activate`. `close` calls it. Any verb raises an exception
+(DriverError or its own) on failure.
+
+A driver is made by a factory found in the entry-point group `longreach.drivers`: `factory(name, device, rig, lockstep) -> Driver`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Protocol
+
+
+class Quality(IntEnum):
+    """How far a sample can be believed."""
+
+    GOOD = 0
+    UNCERTAIN = 1  # e.g. a device warning bit
+    BAD = 2  # drop-out, alarm bit, out of the device's range
+
+
+class Sample:
+    """The latest value of one channel: raw device counts, when it was taken (monotonic clock, ns), and its quality."""
+
+    __slots__ = ("quality", "raw", "stamp_ns")
+
+    def __init__(self, raw: float = float("nan"), stamp_ns: int = 0, quality: int = Quality.BAD) -> None:
+        self.raw = raw
+        self.stamp_ns = stamp_ns
+        self.quality = quality
+
+
+class Driver(Protocol):
+    """One device. `inputs` and `outputs` name its channels; read and write use that order."""
+
+    name: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def open(self) -> None:
+        """Connect; nothing moves."""
+
+    def configure(self) -> None:
+        """Write the device's settings, read them back, and raise on a difference."""
+
+    def activate(self) -> None:
+        """Outputs act from the next write on. The first state after activate is the safe state."""
+
+    def read(self, now_ns: int) -> Sequence[Sample]:
+        """The latest sample of every input channel; never waits longer than the cycle allows. The list is reused."""
+
+    def write(self, values: Sequence[float], now_ns: int) -> None:
+        """Set every output (volts × the output's scale). Also feeds the device's own time-out."""
+
+    def safe(self) -> None:
+        """Put every output into its safe state, now."""
+
+    def close(self) -> None:
+        """safe(), then give the device back."""

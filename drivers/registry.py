@@ -1,0 +1,50 @@
+"""Finds drivers by name: entry points of the group `longreach.drivers`, ours and those of installed plug-ins."""
+
+from __future__ import annotations
+
+import difflib
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Protocol, cast
+
+from config.errors import DriverError
+from config.rig import Device, Rig
+from drivers.contract import Driver
+
+GROUP = "longreach.drivers"
+
+
+class DriverFactory(Protocol):
+    """What a plug-in registers. `lockstep`: time is virtual and comes with every read and write."""
+
+    def __call__(self, name: str, device: Device, rig: Rig, lockstep: bool) -> Driver: ...
+
+
+@cache
+def _installed() -> dict[str, EntryPoint]:
+    return {point.name: point for point in entry_points(group=GROUP)}
+
+
+def known_drivers() -> tuple[str, ...]:
+    """Names that may stand in a rig file's `devices: … driver:`."""
+    return tuple(sorted(_installed()))
+
+
+def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
+    """The driver of the rig's device `name`, not yet open.
+
+    Raises DriverError with the known names when there is no such driver, or when the plug-in cannot be imported.
+    """
+    where = f"devices.{name}.driver"
+    point = _installed().get(device.driver)
+    if point is None:
+        nearest = difflib.get_close_matches(device.driver, known_drivers(), 1)
+        advice = f"Did you mean {nearest[0]!r}?" if nearest else "Install the plug-in that brings it (entry-point group longreach.drivers)."
+        raise DriverError("unknown driver", value=device.driver, limit=", ".join(known_drivers()), where=where, next_step=advice)
+    try:
+        factory = cast(DriverFactory, point.load())
+    except Exception as error:  # whatever a foreign module raises on import
+        raise DriverError(
+            f"the driver {device.driver!r} cannot be loaded", value=f"{type(error).__name__}: {error}", where=where, next_step=point.value
+        ) from error
+    return factory(name, device, rig, lockstep)

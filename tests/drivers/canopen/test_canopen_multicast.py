@@ -1,0 +1,55 @@
+"""The same drivers over udp_multicast, between two sockets: only ever in a network namespace whose multicast stays on loopback."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import can
+import pytest
+
+from config.canopen_options import CanBus
+from drivers.canopen.bus import acquire, release
+
+NAMESPACE = ["unshare", "--net", "sh", "-c"]
+ROUTE = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"
+ROOT = Path(__file__).parents[3]
+
+
+def test_frames_cross_a_multicast_bus(multicast_channel: str) -> None:
+    bus = acquire(CanBus.model_validate({"interface": "udp_multicast", "channel": multicast_channel}), 0.02)
+    other = can.Bus(interface="udp_multicast", channel=multicast_channel)
+    heard: list[tuple[bytes, int]] = []
+    bus.route(0x183, lambda data, stamp: heard.append((bytes(data), stamp)))
+    other.send(can.Message(arbitration_id=0x183, is_extended_id=False, data=b"position"))
+    end = time.monotonic() + 2.0
+    while not heard and time.monotonic() < end:
+        bus.begin_cycle(time.monotonic_ns())
+    assert heard[0][0] == b"position"
+    assert 0 <= time.monotonic_ns() - heard[0][1] < 2e9
+    assert {frame.arbitration_id for frame in iter(lambda: other.recv(0.1), None)} >= {0x080, 0x77F}
+    other.shutdown()
+    release(bus)
+
+
+def in_namespace(preparation: str) -> str:
+    """What pytest says about the test above in a namespace of its own."""
+    test = f"{Path(__file__).name}::{test_frames_cross_a_multicast_bus.__name__}"
+    command = f"{preparation} && cd {Path(__file__).parent} && {sys.executable} -m pytest -q -p no:cacheprovider {test}"
+    try:
+        done = subprocess.run([*NAMESPACE, command], capture_output=True, text=True, timeout=120, check=False, cwd=ROOT)
+    except FileNotFoundError:
+        pytest.skip("no `unshare` command")
+    if "Operation not permitted" in done.stderr:
+        pytest.skip("no right to make a network namespace")
+    return done.stdout + done.stderr
+
+
+def test_in_a_namespace_with_a_route_on_loopback_frames_cross() -> None:
+    assert "1 passed" in in_namespace(ROUTE)
+
+
+def test_without_that_route_the_bus_is_never_opened() -> None:
+    assert "1 skipped" in in_namespace("ip link set lo up")
