@@ -1,0 +1,40 @@
+"""The list of named checks that `arm` and `why` show, one line each: value, limit, unit, source, age; what to do under a failed one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+_NAME_WIDTH = 30
+
+
+def console() -> Console:
+    return Console(highlight=False, soft_wrap=True)
+
+
+def checks_lines(checks: list[dict[str, Any]]) -> list[Text]:
+    """Failed checks first; a passed check keeps its numbers visible because "why not" often is "nearly not"."""
+    lines = []
+    for check in sorted(checks, key=lambda each: bool(each["ok"])):
+        mark = ("ok ", "green") if check["ok"] else ("NO ", "red bold")
+        lines.append(Text.assemble(mark, f" {check['name']:<{_NAME_WIDTH}} ", _numbers(check)))
+        if not check["ok"] and check.get("next_step"):
+            lines.append(Text(f"    {check['next_step']}"))
+    return lines
+
+
+def _numbers(check: dict[str, Any]) -> str:
+    unit = f" {check['unit']}" if check.get("unit") else ""
+    text = f"{number(check.get('value'))}{unit}"
+    if check.get("limit"):
+        text += f"  (limit {check['limit']})"
+    age = check.get("age_s")
+    age_text = f", {age * 1e3:.0f} ms old" if isinstance(age, (int, float)) else ""
+    return f"{text}  from {check.get('source', '?')}{age_text}"
+
+
+def number(value: object) -> str:
+    """Four significant digits for numbers, text as it is."""
+    return f"{value:.4g}" if isinstance(value, float) else "no value" if value is None else str(value)

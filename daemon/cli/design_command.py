@@ -1,0 +1,59 @@
+"""`design`: find the rotary joint's compensator for a rig and write it into its file."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+from config.load import load_rig, rig_from_text
+from config.overrides import apply_overrides
+from config.rig import Rig
+from daemon.cli.connection import add_json_option
+
+
+def register(commands: Any) -> None:
+    summary = "shape the rotary joint's compensator: stiffest with margins and link damping over the whole workspace"
+    parser = commands.add_parser("design", help=summary, description=summary)
+    parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
+    parser.add_argument("--tip-gain", type=float, default=0.0, help="gain of the end-point feedback it will run with (default 0: none)")
+    parser.add_argument("--effort", type=int, default=25, help="generations of the search")
+    parser.add_argument("-o", "--output", type=Path, metavar="RIG.yaml", help="write the rig file with the compensator found")
+    add_json_option(parser)
+    parser.set_defaults(run_command=_design)
+
+
+def _design(arguments: argparse.Namespace) -> int:
+    from tuning.arm_design import ArmDesign, as_overrides, design  # scipy.optimize is only loaded for this command
+
+    loaded = load_rig(arguments.rig)
+    found: ArmDesign = design(loaded.rig, arguments.tip_gain, effort=arguments.effort)
+    overrides = as_overrides(found.chosen.servo)
+    if arguments.output:
+        text = apply_overrides(loaded.text, overrides)
+        rig_from_text(text, str(arguments.output))
+        arguments.output.write_text(text, encoding="utf-8")
+    if arguments.json:
+        print(json.dumps({**dataclasses.asdict(found), "pure_gain_wins": found.pure_gain_wins, "overrides": overrides}))
+    else:
+        print("\n".join([*_lines(loaded.rig, found), "", *(f"  --set {line!r}" for line in overrides)]))
+    return 0
+
+
+def _lines(rig: Rig, found: Any) -> list[str]:
+    lines = [f"{rig.name}: {'pure gain' if found.pure_gain_wins else 'lag-lead'} is the stiffer one under the same demands"]
+    for name, one in (("lag-lead", found.lag_lead), ("pure gain", found.pure_gain)):
+        sections = ", ".join(f"zero {zero:.2f} pole {pole:.2f} rad/s" for zero, pole in one.servo.sections) or "no sections"
+        worst = one.worst
+        lines.append(f"  {name:10} C(0) {one.servo.gain / degrees(1.0):.3f} V/deg, {sections}")
+        lines.append(
+            f"             worst member: gain margin {worst.gain_margin_dB:.1f} dB, phase margin {worst.phase_margin_deg:.1f} deg,"
+            f" M_s {worst.sensitivity_peak:.2f}; least damping {one.least_damping:.4f}; |1+L| {one.stiffness_gain_dB:.1f} dB over the band"
+        )
+    for ratio, cycle in zip((1.0, 1.1, 1.2), found.hunting, strict=True):
+        text = "none" if cycle is None else f"{cycle.frequency_Hz:.2f} Hz, {cycle.load_amplitude:.3f} of the friction's deflection"
+        lines.append(f"  hunting with H_s/H_c = {ratio}: {text}")
+    return lines

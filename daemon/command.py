@@ -1,0 +1,67 @@
+"""What the loop is asked to do, and how a request reaches it without the loop ever waiting."""
+
+from __future__ import annotations
+
+import pickle
+from collections import deque
+from dataclasses import dataclass
+from typing import Protocol
+
+from control.run_plan import RunPlan
+from daemon.modes import Event
+from daemon.ring import Ring
+
+
+@dataclass(frozen=True, slots=True)
+class StartRun:
+    """A run, planned and checked already, with the texts that go into the log."""
+
+    plan: RunPlan
+    request_json: str
+    maneuver_yaml: str
+    countdown_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """`leave`: controlled stop, disarm, and end the loop. `start` is a request for motion: it is announced first."""
+
+    event: Event = Event.NONE
+    start: StartRun | None = None
+    leave: bool = False
+
+
+class CommandSource(Protocol):
+    def poll(self) -> Command | None:
+        """The next command or None, at once."""
+
+
+class CommandQueue:
+    """Commands from the same process, for lockstep and tests."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[Command] = deque()
+
+    def post(self, command: Command) -> None:
+        self._waiting.append(command)
+
+    def poll(self) -> Command | None:
+        return self._waiting.popleft() if self._waiting else None
+
+
+class CommandRing:
+    """Commands from the supervisor. They are pickled: both ends are this program, and nobody else has the memory."""
+
+    def __init__(self, ring: Ring) -> None:
+        self._ring = ring
+
+    def post(self, command: Command) -> bool:
+        """False when the loop has not fetched what came before."""
+        return self._ring.write(0, 0, pickle.dumps(command, protocol=pickle.HIGHEST_PROTOCOL))
+
+    def poll(self) -> Command | None:
+        record = self._ring.read()
+        if record is None:
+            return None
+        command: Command = pickle.loads(record.data)
+        return command

@@ -1,0 +1,46 @@
+"""Between the facts and the controller: picks its inputs out of the cycle's facts and puts what it computes back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from config.rig import Rig
+from control.controller import Controller
+from control.run_plan import RunPlan
+from control.signals import Inputs, Mode, Outputs
+from daemon.facts import Facts
+
+
+class ControllerPort:
+    """`volts`: the commands of the last step, in the order of the rig's joints."""
+
+    def __init__(self, rig: Rig, facts: Facts) -> None:
+        self._controller = Controller(rig)
+        at = facts.index
+        self._cycle, self._mode, self._run, self._segment = map(at, ("cycle", "mode", "maneuver", "segment"))
+        self.positions = tuple(at(f"{joint}.position") for joint in rig.joints)
+        self._deflection, self._acceleration = at("tip.deflection_m"), at("tip.acceleration_mps2")
+        names = ("target", "target_rate", "reference", "reference_rate", "velocity", "command_V", "following_error")
+        self._joints = tuple(tuple(at(f"{joint}.{name}") for name in names) for joint in rig.joints)
+        self.volts = [0.0] * len(rig.joints)
+
+    def step(self, values: list[float], mode: Mode, run: int) -> Outputs:
+        """One cycle of the controller; `run`: number of the run that was prepared, 0 for none."""
+        position = tuple([values[index] for index in self.positions])
+        deflection, acceleration = values[self._deflection], values[self._acceleration]
+        outputs = self._controller.step(Inputs(int(values[self._cycle]), int(mode), run, position, deflection, acceleration))
+        values[self._mode], values[self._run], values[self._segment] = int(mode), run, outputs.segment
+        for number, joint in enumerate(outputs.joints):
+            target, target_rate, reference, reference_rate, velocity, command, following = self._joints[number]
+            values[target], values[target_rate] = joint.target, joint.target_rate
+            values[reference], values[reference_rate] = joint.reference, joint.reference_rate
+            values[velocity], values[command] = joint.velocity, joint.command_V
+            values[following] = abs(joint.reference - position[number])
+            self.volts[number] = joint.command_V
+        return outputs
+
+    def prepare(self, plan: RunPlan) -> None:
+        self._controller.prepare(plan)
+
+    def snapshot(self) -> dict[str, Any]:
+        return self._controller.snapshot()

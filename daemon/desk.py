@@ -1,0 +1,192 @@
+"""What an operator can ask of the daemon: one method a verb of the protocol. Runs in the supervisor; the loop only gets requests.
+
+Every refusal says what stands in the way. No method but `start` leads to motion, and `start` announces it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from config.errors import DaemonError
+from config.load import load_maneuver
+from config.maneuver import maneuver_content
+from config.rig import Rig
+from config.shipped import shipped
+from control.signals import Mode
+from daemon.checks import Check, Reaction
+from daemon.command import Command
+from daemon.facts import Facts
+from daemon.interlocks import interlocks
+from daemon.journal import Journal, RunResult
+from daemon.modes import Event
+from daemon.start_request import start_run
+from daemon.status import StatusView
+
+ANSWER_LIMIT_S = 5.0  # a healthy loop answers within milliseconds; arming takes a quarter of a second
+LONGEST_WAIT_S = 3600.0
+_SAFE_MODES = (Mode.DISARMED, Mode.FAULT)
+
+
+class Desk:
+    """The methods. `values()` gives the loop's latest facts; `post` hands it a command and gives its number, 0 when the
+    loop cannot take it; `before_reset` may repair what died."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        facts: Facts,
+        journal: Journal,
+        view: StatusView,
+        values: Callable[[], tuple[float, ...]],
+        post: Callable[[Command], int],
+        before_reset: Callable[[], Awaitable[None]],
+        shutdown: Callable[[], None],
+    ) -> None:
+        self._rig, self._facts, self._journal, self._view = rig, facts, journal, view
+        self._values, self._post, self._before_reset, self._shutdown = values, post, before_reset, shutdown
+        self._checks: tuple[Check, ...] = interlocks(rig, facts)
+        self._started = time.monotonic()
+        self._runs = 0
+        self._starting = asyncio.Lock()
+        self.host_rows: list[dict[str, Any]] = []  # what the operating system granted
+        self.log: dict[str, Any] = {"path": "", "bytes": 0}
+        self.methods: dict[str, Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]] = {
+            "status": self.status,
+            "checks": self.checks,
+            "arm": self.arm,
+            "disarm": self.disarm,
+            "reset": self.reset,
+            "start": self.start,
+            "stop": self.stop,
+            "estop": self.estop,
+            "maneuvers": self.maneuvers,
+            "wait": self.wait,
+            "events": self.events,
+            "shutdown": self.shutdown,
+        }
+
+    async def status(self, params: dict[str, Any]) -> dict[str, Any]:
+        answer = self._view.status(self._values(), time.monotonic() - self._started, self._journal)
+        return {**answer, "log": dict(self.log)}
+
+    async def checks(self, params: dict[str, Any]) -> dict[str, Any]:
+        values = self._values()
+        return {"checks": [*(check.row(values) for check in self._checks), *self.host_rows]}
+
+    async def arm(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Answers when the arm holds its position. Refused with every check that fails."""
+        mode = self._mode()
+        if mode is not Mode.DISARMED:
+            advice = "`longreach reset` first." if mode is Mode.FAULT else "It is armed already."
+            raise DaemonError("arming refused", value=mode.name.lower(), limit="disarmed", next_step=advice)
+        self._refuse_failed("arming refused", tuple(Reaction))
+        await self._send(Command(Event.ARM), lambda: self._mode() is not Mode.ARMING)
+        if self._mode() is not Mode.HOLDING:
+            raise DaemonError("arming was given up", value=self._mode().name.lower(), next_step=self._journal.last_text("mode", "fault"))
+        return {"mode": "holding"}
+
+    async def disarm(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Safe outputs at once, in any mode; a fault stays latched."""
+        await self._send(Command(Event.DISARM), lambda: self._mode() in _SAFE_MODES)
+        return {"mode": self._mode().name.lower()}
+
+    async def reset(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Release the e-stop latch and a latched fault; ends disarmed. Refused while armed, where it would mean nothing."""
+        if self._mode() not in _SAFE_MODES:
+            raise DaemonError(
+                "nothing to reset", value=self._mode().name.lower(), next_step="Reset clears a fault or the e-stop while disarmed."
+            )
+        await self._before_reset()
+        await self._send(Command(Event.RESET), lambda: self._mode() is Mode.DISARMED)
+        return {"mode": "disarmed"}
+
+    async def start(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Plan and check the run here, then announce it. Answers before the countdown begins."""
+        async with self._starting:
+            return await self._start(params)
+
+    async def _start(self, params: dict[str, Any]) -> dict[str, Any]:
+        mode = self._mode()
+        if mode is not Mode.HOLDING or (self._journal.last_run and self._journal.last_run.validity == "running"):
+            advice = {Mode.DISARMED: "Run `longreach arm` first.", Mode.FAULT: "Run `longreach reset`, then `longreach arm`."}
+            text = advice.get(mode, "Wait until the run under way has ended, or `longreach stop` it.")
+            raise DaemonError("start refused", value=mode.name.lower(), limit="holding with no run under way", next_step=text)
+        self._refuse_failed("start refused", (Reaction.STOP, Reaction.STOP_THEN_FAULT, Reaction.FAULT))
+        values = self._values()
+        held = [values[self._facts.index(f"{joint}.reference")] for joint in self._rig.joints]
+        start = await asyncio.to_thread(start_run, self._rig, self._runs + 1, params, held)  # a long program takes a while
+        self._runs += 1
+        summary = start.plan.summary()
+        self._journal.begin_run(RunResult(self._runs, summary["maneuver"], summary["shaper"], summary["segments"]))
+        await self._send(Command(start=start), lambda: True)
+        return {**summary, "countdown_s": start.countdown_s, "log": self.log["path"]}
+
+    async def stop(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Controlled stop along the path, then hold; cancels a run that is still being announced."""
+        await self._send(Command(Event.STOP), lambda: self._mode() is not Mode.RUNNING)
+        return {"mode": self._mode().name.lower()}
+
+    async def estop(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Safe outputs at once, latched until a reset."""
+        await self._send(Command(Event.ESTOP), lambda: self._mode() is Mode.FAULT)
+        return {"mode": "fault"}
+
+    async def maneuvers(self, params: dict[str, Any]) -> dict[str, Any]:
+        contents = [maneuver_content(load_maneuver(path).maneuver) for path in shipped("maneuvers").values()]
+        return {"maneuvers": [{key: content[key] for key in ("name", "kind", "description")} for content in contents]}
+
+    async def wait(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Until run `run` has ended, at most `timeout_s`; then validity may still be "running"."""
+        run = self._journal.runs.get(params.get("run", self._runs))
+        if run is None:
+            raise DaemonError(
+                "no such run", value=params.get("run"), limit=f"1 to {self._runs}", next_step="Run numbers start anew with the daemon."
+            )
+        timeout_s = params.get("timeout_s", LONGEST_WAIT_S)
+        if isinstance(timeout_s, bool) or not isinstance(timeout_s, (int, float)) or not 0.0 <= timeout_s <= LONGEST_WAIT_S:
+            raise DaemonError("timeout_s is not usable", value=repr(timeout_s), limit=f"0 to {LONGEST_WAIT_S:g}", unit="s")
+        limit = time.monotonic() + timeout_s
+        while run.validity == "running" and time.monotonic() < limit:
+            await asyncio.sleep(0.02)
+        return {"run": run.run, "validity": run.validity, "reason": run.reason, "log": self.log["path"]}
+
+    async def events(self, params: dict[str, Any]) -> dict[str, Any]:
+        since = params.get("since", 0)
+        if isinstance(since, bool) or not isinstance(since, int):
+            raise DaemonError("since must be the number of an event", value=repr(since))
+        events = self._journal.since(since)
+        return {"events": events, "last": events[-1]["n"] if events else since}
+
+    async def shutdown(self, params: dict[str, Any]) -> dict[str, Any]:
+        """As SIGTERM: controlled stop, safe outputs, logs closed, end."""
+        self._shutdown()
+        return {}
+
+    def _mode(self) -> Mode:
+        return self._view.mode(self._values())
+
+    def _refuse_failed(self, what: str, reactions: tuple[Reaction, ...]) -> None:
+        values = self._values()
+        failed = [check for check in self._checks if check.reaction in reactions and not check.passes(values)]
+        if failed:
+            sentences = " ".join(check.sentence(values) for check in failed)
+            names = ", ".join(check.name for check in failed)
+            raise DaemonError(f"{what}: {len(failed)} of {len(self._checks)} checks fail", value=names, next_step=sentences)
+
+    async def _send(self, command: Command, done: Callable[[], bool]) -> None:
+        """Hand the loop a command and wait until it has carried it out and `done()`. DaemonError when it does not in time."""
+        index = self._facts.index("commands")
+        number = self._post(command)
+        if not number:
+            raise DaemonError("the loop does not fetch its commands", next_step="See `systemctl status longreachd`.")
+        limit = time.monotonic() + ANSWER_LIMIT_S
+        while not (self._values()[index] >= number and done()):
+            if time.monotonic() > limit:
+                value = self._mode().name.lower()
+                raise DaemonError(
+                    "the loop did not do it in time", value=value, limit=ANSWER_LIMIT_S, unit="s", next_step="Try `longreach estop`."
+                )
+            await asyncio.sleep(0.005)

@@ -1,0 +1,161 @@
+"""All devices of a rig as the loop sees them: one read that fills the facts, one write, and safe outputs on every way out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from math import nan
+from typing import NamedTuple
+
+from config.errors import DriverError, LongreachError
+from config.rig import Device, Rig
+from daemon.facts import Facts
+from daemon.mailbox import Mailbox
+from drivers import registry
+from drivers.contract import Driver, Quality, Sample
+from recording.fields import field_of_signal
+
+CreateDriver = Callable[[str, Device, Rig, bool], Driver]
+
+
+class _Input(NamedTuple):
+    """From a device's channel to the places of one signal in the facts."""
+
+    channel: int
+    value: int
+    raw: int
+    age: int
+    quality: int
+    scale: float
+    offset: float
+
+
+class DeviceBank:
+    """Drivers of the fast devices, and the mailboxes in which the I/O process leaves the samples of the slow ones.
+
+    Everything is looked up here once. Raises DriverError for a channel that a device does not have.
+    """
+
+    def __init__(
+        self, rig: Rig, facts: Facts, lockstep: bool, slow: Mapping[str, Mailbox] | None = None, create: CreateDriver = registry.create
+    ) -> None:
+        self._slow = dict(slow or {})
+        self.drivers = {name: create(name, device, rig, lockstep) for name, device in rig.devices.items() if not device.slow}
+        self._reads = [(driver, _inputs(rig, facts, name, driver.inputs)) for name, driver in self.drivers.items()]
+        self._slow_reads = [
+            (box, [Sample() for _ in slow_channels(rig, name)], _inputs(rig, facts, name, slow_channels(rig, name)))
+            for name, box in self._slow.items()
+        ]
+        self._writes = [(driver, _outputs(rig, name, driver)) for name, driver in self.drivers.items() if driver.outputs]
+
+    def open(self) -> None:
+        """Open and configure every device. DriverError when one refuses, after those already open were closed."""
+        for name, driver in self.drivers.items():
+            try:
+                driver.open()
+                driver.configure()
+            except Exception as error:  # a foreign driver raises what it likes
+                with suppress(Exception):  # the first refusal is the one to tell
+                    self.close()
+                if isinstance(error, LongreachError):
+                    raise
+                value, advice = f"{type(error).__name__}: {error}", "Check its power, its cable and its options."
+                raise DriverError("the device did not open", value=value, where=f"devices.{name}", next_step=advice) from error
+
+    def activate(self) -> None:
+        for driver in self.drivers.values():
+            driver.activate()
+
+    def read(self, now_ns: int, values: list[float]) -> None:
+        """Every signal's value, raw count, age and quality into the facts. A BAD sample has the value NaN."""
+        for driver, inputs in self._reads:
+            _store(inputs, driver.read(now_ns), now_ns, values)
+        for box, samples, inputs in self._slow_reads:
+            _fetch(box, samples)
+            _store(inputs, samples, now_ns, values)
+
+    def write(self, volts: Sequence[float], now_ns: int) -> None:
+        """`volts` in the order of rig.joints."""
+        for driver, outputs in self._writes:
+            driver.write([volts[joint] * scale if joint >= 0 else 0.0 for joint, scale in outputs], now_ns)
+
+    def safe(self) -> None:
+        """Safe outputs on every device, whatever one of them raises; the first error is raised at the end."""
+        self._all(lambda driver: driver.safe())
+
+    def close(self) -> None:
+        self._all(lambda driver: driver.close())
+
+    def _all(self, verb: Callable[[Driver], None]) -> None:
+        first: BaseException | None = None
+        for driver in self.drivers.values():
+            try:
+                verb(driver)
+            except Exception as error:  # the other devices must become safe too
+                first = first or error
+        if first is not None:
+            raise first
+
+
+def slow_channels(rig: Rig, device: str) -> tuple[str, ...]:
+    """Channels of a slow device that the rig uses, in the order of its mailbox."""
+    return tuple(signal.channel for signal in rig.signals.values() if signal.device == device)
+
+
+def slow_mailbox(name: str, channels: int) -> Mailbox:
+    """Three numbers a channel: raw, stamp in ns, quality."""
+    return Mailbox.create(name, 3 * channels)
+
+
+def post_samples(box: Mailbox, samples: Sequence[Sample], now_ns: int) -> None:
+    box.put(now_ns, [number for sample in samples for number in (sample.raw, float(sample.stamp_ns), float(sample.quality))])
+
+
+def _fetch(box: Mailbox, samples: list[Sample]) -> None:
+    letter = box.get()
+    if letter is None:
+        return
+    for number, sample in enumerate(samples):
+        raw, stamp, quality = letter.values[3 * number : 3 * number + 3]
+        sample.raw, sample.stamp_ns, sample.quality = raw, int(stamp), int(quality)
+
+
+def _store(inputs: list[_Input], samples: Sequence[Sample], now_ns: int, values: list[float]) -> None:
+    for channel, value, raw, age, quality, scale, offset in inputs:
+        sample = samples[channel]
+        count = sample.raw
+        values[raw] = count
+        values[age] = (now_ns - sample.stamp_ns) * 1e-9
+        values[quality] = sample.quality
+        values[value] = offset + scale * count if sample.quality != Quality.BAD else nan
+
+
+def _inputs(rig: Rig, facts: Facts, device: str, channels: Sequence[str]) -> list[_Input]:
+    found = []
+    for name, signal in rig.signals.items():
+        if signal.device != device:
+            continue
+        if signal.channel not in channels:
+            raise _no_channel(f"signals.{name}.channel", device, signal.channel, channels)
+        names = (field_of_signal(name), f"{name}_raw", f"{name}_age_s", f"{name}.quality")
+        value, raw, age, quality = (facts.index(fact) for fact in names)
+        calibration = signal.calibration
+        found.append(_Input(channels.index(signal.channel), value, raw, age, quality, calibration.scale, calibration.offset))
+    return found
+
+
+def _outputs(rig: Rig, device: str, driver: Driver) -> list[tuple[int, float]]:
+    """For every output channel of the driver: (joint number, scale), or (-1, 0) for a channel nobody uses."""
+    plan = [(-1, 0.0) for _ in driver.outputs]
+    for joint, name in enumerate(rig.joints):
+        output = rig.outputs[name]
+        if output.device != device:
+            continue
+        if output.channel not in driver.outputs:
+            raise _no_channel(f"outputs.{name}.channel", device, output.channel, driver.outputs)
+        plan[driver.outputs.index(output.channel)] = (joint, output.scale)
+    return plan
+
+
+def _no_channel(where: str, device: str, channel: str, channels: Sequence[str]) -> DriverError:
+    return DriverError(f"the device {device!r} has no such channel", value=channel, limit=", ".join(channels), where=where)

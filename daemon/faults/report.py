@@ -1,0 +1,64 @@
+"""The fault matrix as a table for people and as a page for docs/."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from rich.table import Table
+
+from daemon.faults.fault import Row, Until
+from daemon.faults.process_faults import ASKED_MS
+
+_HEADINGS = ("fault", "reaction", "time to", "median ms", "worst ms", "limit ms", "trials")
+_EXPLANATION = f"""\
+Every fault is injected while the arm moves: at 50 deg/s or 10 in/s where the loop sees it (the daemon's own loop in lockstep, at a random
+instant between two cycles), at 20 deg/s where processes are concerned (a real daemon on the wall clock). The time begins with the
+injection. It is read from the output register by code that knows nothing of the loop, and ends when
+
+- **{Until.SAFE}**: every output has its safe value, by a write or by the device's own time-out, and keeps it;
+- **{Until.REST}**: every command is small and stays so, after a controlled stop in which the servo goes on acting;
+- **{Until.RENEWED}**: nothing has to become safe; the time is the longest for which the outputs were not renewed.
+
+## Limits
+
+| limit | for |
+|---|---|
+| 20 ms | what the loop sees: from the fault to safe outputs |
+| 100 ms | what only the motion shows: a valve that does not answer |
+| device time-out + 10 ms | when host or process cannot write any more; `devices.*.timeout` of the rig file |
+| {ASKED_MS:.0f} ms | requests over the socket, and signals to the supervisor |
+| 50 ms | pauses that the loop bears (`loop.overruns.fault_late`) |
+| 5 s | a controlled stop (longer ones are faults), after the time in which a neighbour may be silent; for a gauge it begins within 20 ms |
+| `max_age` of the signal + 20 ms | the thermometer; + 50 ms where the io process serves it |
+
+Lockstep time has no computing in it: a real cycle adds the microseconds of reading, checking and writing. Wall-clock times contain what
+else the computer was doing. The wall clock is stepped for the daemon's processes only. A stuck encoder is seen when the reference has
+gone 0.15 following error limits further, so a slow arm shows it later, and one that stands still never.
+"""
+
+
+def table(rows: Sequence[Row]) -> Table:
+    screen = Table("", *_HEADINGS, title="fault matrix")
+    for row in rows:
+        screen.add_row("ok" if row.ok else "NO", *cells(row), style=None if row.ok else "red")
+    return screen
+
+
+def cells(row: Row) -> tuple[str, ...]:
+    times = (_ms(row.median_ms), _ms(row.worst_ms), f"{row.fault.limit_ms:.0f}", str(len(row.trials)))
+    return row.fault.name, row.reaction, str(row.fault.until), *times
+
+
+def page(rows: Sequence[Row], command: str) -> str:
+    """Markdown with the command that made it."""
+    failed = [row.fault.name for row in rows if not row.ok]
+    verdict = f"All {len(rows)} faults end as they must." if not failed else f"{len(failed)} of {len(rows)} do not: {', '.join(failed)}."
+    lines = ["# The fault matrix", "", f"Made by `{command}`. {verdict}", ""]
+    lines += [f"| {' | '.join(_HEADINGS)} | ok |", "|---|---|---|--:|--:|--:|--:|---|"]
+    lines += [f"| {' | '.join(cells(row))} | {'ok' if row.ok else '**NO**'} |" for row in rows]
+    return "\n".join([*lines, "", "## What is measured", "", _EXPLANATION])
+
+
+def _ms(value: float) -> str:
+    return f"{value:.1f}" if isfinite(value) else "never"

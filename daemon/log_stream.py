@@ -1,0 +1,89 @@
+"""From the loop to the recorder: what is sent, and when a recording begins and ends. Nothing here waits or writes a file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Any, Protocol
+
+from recording.event import Event, encode_event
+from recording.layout import CycleLayout
+
+
+class Kind(IntEnum):
+    """What a record to the recorder, or to the supervisor's journal, holds."""
+
+    CYCLE = 1  # one packed row
+    EVENT = 2  # one encoded event
+    OPEN = 3  # JSON: the controller's state before the first row, and facts about the loop
+    ATTACH = 4  # name, NUL, media type, NUL, content
+    CLOSE = 5  # JSON of the closing entries
+    END = 6  # the loop has ended; nothing follows
+    HELLO = 7  # JSON of the real-time facts: every device has answered, the loop begins
+    REFUSED = 8  # JSON of a refusal: the loop cannot begin
+    RECORDER = 9  # JSON of what the recorder has to tell
+
+
+class RecordSink(Protocol):
+    """Takes records without waiting; `dropped` counts those it had no room for."""
+
+    def write(self, kind: int, stamp_ns: int, data: bytes) -> bool: ...
+
+    @property
+    def dropped(self) -> int: ...
+
+
+class LogStream:
+    """The recording under way, if any. Stamps are Unix ns of the cycle's deadline."""
+
+    def __init__(self, layout: CycleLayout, recorder: RecordSink, journal: RecordSink) -> None:
+        self._layout = layout
+        self._recorder = recorder
+        self._journal = journal
+        self._row_length = len(layout.fields)
+        self._dropped_before = 0
+        self.recording = False
+        self.now_ns = 0  # stamp of the cycle under way
+        self.cycle_number = 0
+        self.t_s = 0.0
+
+    @property
+    def drops(self) -> int:
+        """Records lost since the loop started."""
+        return self._recorder.dropped
+
+    @property
+    def drops_in_recording(self) -> int:
+        return self._recorder.dropped - self._dropped_before if self.recording else 0
+
+    def open(self, controller_state: Mapping[str, Any], facts: Mapping[str, str]) -> None:
+        self._dropped_before = self._recorder.dropped
+        self.recording = True
+        content = {"controller_state": controller_state, "facts": dict(facts)}
+        self._recorder.write(Kind.OPEN, self.now_ns, json.dumps(content).encode())
+
+    def cycle(self, values: list[float]) -> None:
+        """One row; `values` begins with the fields of the layout."""
+        if self.recording:
+            self._recorder.write(Kind.CYCLE, self.now_ns, self._layout.pack(values[: self._row_length]))
+
+    def event(self, level: int, name: str, text: str, values: Mapping[str, float] | None = None) -> None:
+        """To the recording, if there is one, and to the supervisor's journal."""
+        data = encode_event(Event(self.cycle_number, self.t_s, level, name, text, dict(values or {})))
+        if self.recording:
+            self._recorder.write(Kind.EVENT, self.now_ns, data)
+        self._journal.write(Kind.EVENT, self.now_ns, data)
+
+    def attach(self, name: str, media_type: str, content: bytes) -> None:
+        if self.recording:
+            self._recorder.write(Kind.ATTACH, self.now_ns, b"\0".join((name.encode(), media_type.encode(), content)))
+
+    def close(self, closing: Mapping[str, str]) -> None:
+        if self.recording:
+            self._recorder.write(Kind.CLOSE, self.now_ns, json.dumps(dict(closing)).encode())
+            self.recording = False
+
+    def end(self) -> None:
+        self._recorder.write(Kind.END, self.now_ns, b"")
+        self._journal.write(Kind.END, self.now_ns, b"")

@@ -1,0 +1,259 @@
+"""The control loop: wait → read → checks and mode → controller → write → record, at a fixed rate, on either clock.
+
+Clock, devices, commands, health and log are given from outside, so lockstep and wall clock run the same code. Every way out of
+`run` makes the outputs safe. In a cycle: plain floats, no lock, no wait but the clock's, nothing that grows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import nan
+from typing import Protocol
+
+from config.rig import Rig
+from control.signals import Mode
+from daemon.clock import Clock
+from daemon.command import CommandSource, StartRun
+from daemon.controller_port import ControllerPort
+from daemon.device_bank import DeviceBank
+from daemon.facts import Facts
+from daemon.interlocks import interlocks
+from daemon.log_stream import LogStream
+from daemon.mode_keeper import ModeKeeper
+from daemon.modes import Event
+from daemon.overrun import PHASES, OverrunPolicy
+from daemon.plausibility import Plausibility
+from daemon.recording_span import OUTPUTS_ACT, RecordingSpan
+from daemon.timing import Timing
+from recording.event import Level
+
+OVERRUN_EVENTS_PER_S = 5.0  # more would be told only by the counters
+
+
+class Surroundings(Protocol):
+    """What the loop hears of the other processes, and what they hear of it; called once a cycle, never waits."""
+
+    def update(self, values: list[float], now_ns: int) -> None:
+        """Put the facts about recorder, disk and supervisor into `values`."""
+
+    def publish(self, values: list[float], now_ns: int, urgent: bool) -> None:
+        """Show the facts of this cycle; `urgent` after a change somebody waits for."""
+
+
+class ControlLoop:
+    """One rig's loop. `run` until told to leave; or `cycle` by cycle, for lockstep."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        facts: Facts,
+        clock: Clock,
+        bank: DeviceBank,
+        commands: CommandSource,
+        log: LogStream,
+        surroundings: Surroundings,
+        timing: Timing,
+        loop_facts: Mapping[str, str] | None = None,
+        standby: bool = False,
+    ) -> None:
+        """`loop_facts` go into every recording: what the operating system granted. `standby`: record also while disarmed."""
+        self._clock, self._bank, self._commands, self._log = clock, bank, commands, log
+        self._surroundings, self._timing = surroundings, timing
+        self._period_ns = round(1e9 / rig.loop.rate_Hz)
+        self._overruns = OverrunPolicy(self._period_ns, rig.loop.overruns)
+        self._controller = ControllerPort(rig, facts)
+        self._plausibility = Plausibility(rig, facts)
+        self._span = RecordingSpan(log, timing, self._overruns, rig.loop.rate_Hz, loop_facts or {}, standby)
+        self.keeper = ModeKeeper(interlocks(rig, facts), facts, log, 1.0 / rig.loop.rate_Hz, lambda: self._span.open(self._controller))
+        self.values = facts.blank()
+        self._place_facts(facts)
+        self.values[facts.index("estop_latched")] = 1.0
+        self._event = Event.NONE
+        self.left = False
+        self._phases_ns = [0] * len(PHASES)
+        self._deadline_ns = self._end_ns = clock.start_ns
+        self._commands_done = self._overruns_told_ns = 0
+        self._urgent = self._activated = self._device_told = False
+
+    def _place_facts(self, facts: Facts) -> None:
+        """Where the numbers of a cycle stand in the facts: looked up once."""
+        at = facts.index
+        self._at_cycle, self._at_t = at("cycle"), at("t_s")
+        self._at_times = tuple(map(at, ("late_us", "read_us", "compute_us", "write_us")))
+        self._at_counts = tuple(map(at, ("overruns", "drops", "recorder.drops", "loop.overruns_in_window", "commands", "loop.late_s")))
+        self._at_run = tuple(map(at, ("run.number", "run.countdown_s", "run.elapsed_s", "run.duration_s", "run.verdict")))
+
+    def run(self) -> None:
+        """Cycle until told to leave. Outputs are safe afterwards, whatever happened; an exception of the loop itself is raised again."""
+        self._deadline_ns = self._end_ns = self._clock.now_ns() + self._period_ns
+        try:
+            while not self.left:
+                self.cycle()
+        finally:
+            self.end()
+
+    def end(self) -> None:
+        """Safe outputs, recording closed, devices given back."""
+        try:
+            self._bank.safe()
+        finally:
+            self._span.close("the loop ended")
+            self._log.end()
+            self._bank.close()
+
+    def cycle(self) -> None:
+        """One cycle. A device that raises is a fault, not the end of the loop."""
+        clock, phases, deadline = self._clock, self._phases_ns, self._deadline_ns
+        before = max(deadline, self._end_ns)
+        started = clock.wait_until(deadline)
+        read = self._read(started)
+        self._check(deadline, started)
+        checked = clock.now_ns()
+        self._compute()
+        computed = clock.now_ns()
+        self._write(computed)
+        written = clock.now_ns()
+        self._measure(started - deadline, read - started, computed - read, written - computed)
+        self._log.cycle(self.values)
+        recorded = clock.now_ns()
+        self._spare(recorded)
+        end = clock.now_ns()
+        phases[:] = (
+            started - before,
+            read - started,
+            checked - read,
+            computed - checked,
+            written - computed,
+            recorded - written,
+            end - recorded,
+        )
+        self._timing.count(4, (end - started) * 1e-3)
+        self._end_ns = end
+        if self._activated:
+            self._activated = False
+            self._deadline_ns = self._overruns.deadline_after_activation(deadline, end)
+            return
+        self._deadline_ns = self._overruns.next_deadline(deadline, end, phases)
+        if self._overruns.late_ns:
+            self._tell_overrun(end)
+
+    def _read(self, started: int) -> int:
+        try:
+            self._bank.read(started, self.values)
+        except Exception as error:  # whatever a driver raises: its inputs are unknown, so outputs become safe
+            for index in self._controller.positions:
+                self.values[index] = nan
+            self._device_failed("read", error)
+        return self._clock.now_ns()
+
+    def _check(self, deadline: int, started: int) -> None:
+        """Facts of this cycle, then the mode."""
+        values, keeper, log = self.values, self.keeper, self._log
+        since_start = deadline - self._clock.start_ns
+        values[self._at_cycle] += 1
+        values[self._at_t] = log.t_s = since_start * 1e-9
+        log.cycle_number = int(values[self._at_cycle])
+        log.now_ns = self._clock.start_unix_ns + since_start
+        self._surroundings.update(values, started)
+        self._plausibility.update(values, started)
+        overruns = self._overruns
+        counts = (
+            overruns.overruns,
+            log.drops,
+            log.drops_in_recording,
+            overruns.in_window(started),
+            self._commands_done,
+            overruns.late_ns * 1e-9,
+        )
+        for index, count in zip(self._at_counts, counts, strict=True):
+            values[index] = count
+        before, event = keeper.mode, self._event
+        self._event = Event.NONE
+        mode = keeper.step(values, event, overruns.missed_periods)
+        if mode is not before:
+            self._mode_changed(before, mode)
+        self._span.stand_by(mode, self._controller)
+
+    def _mode_changed(self, before: Mode, mode: Mode) -> None:
+        """Recording and outputs follow the mode."""
+        self._span.mode_changed()
+        self._device_told = False
+        if mode is Mode.ARMING:
+            self._activated = True
+            self._guarded("activate", self._bank.activate)
+        elif mode not in OUTPUTS_ACT and before in OUTPUTS_ACT:
+            self._guarded("safe", self._bank.safe)
+
+    def _compute(self) -> None:
+        keeper = self.keeper
+        outputs = self._controller.step(self.values, keeper.mode, keeper.run.number_for_controller)
+        keeper.conditions.finished, keeper.conditions.at_rest = outputs.finished, outputs.stopped
+
+    def _write(self, now_ns: int) -> None:
+        if self.keeper.mode not in OUTPUTS_ACT:
+            return
+        try:
+            self._bank.write(self._controller.volts, now_ns)
+        except Exception as error:  # whatever a driver raises
+            self._device_failed("write", error)
+
+    def _measure(self, *lengths_ns: int) -> None:
+        """Lateness and the lengths of reading, computing and writing: into the row and the histograms."""
+        for quantity, (index, length) in enumerate(zip(self._at_times, lengths_ns, strict=True)):
+            self.values[index] = length_us = length * 1e-3
+            self._timing.count(quantity, length_us)
+
+    def _spare(self, now_ns: int) -> None:
+        """What may wait until the outputs are written: status, commands, end of a recording."""
+        run, values = self.keeper.run, self.values
+        period_s = self._period_ns * 1e-9
+        facts = (run.number, run.countdown_cycles * period_s, run.elapsed_cycles * period_s, run.duration_s, run.verdict)
+        for index, value in zip(self._at_run, facts, strict=True):
+            values[index] = value
+        self._surroundings.publish(values, now_ns, self._urgent)
+        self._urgent = False
+        recorded = self._span.follow(self.keeper.mode)
+        self.left = recorded and self.keeper.conditions.leaving
+        command = self._commands.poll()
+        if command is None:
+            return
+        self._commands_done += 1
+        self._urgent = True
+        self._event = command.event
+        self.keeper.conditions.leaving |= command.leave
+        if command.start is not None:
+            self._prepare(command.start)
+
+    def _prepare(self, start: StartRun) -> None:
+        self._controller.prepare(start.plan)
+        run = start.plan.run
+        self._log.attach(f"run-{run}.json", "application/json", start.request_json.encode())
+        self._log.attach(f"maneuver-{run}.yaml", "application/yaml", start.maneuver_yaml.encode())
+        self.keeper.request(start.plan, start.countdown_s)
+
+    def _device_failed(self, verb: str, error: Exception) -> None:
+        if self.keeper.mode is not Mode.FAULT:
+            self._span.mode_changed()
+        self.keeper.fail(f"a device refused {verb}: {error}")
+        self._guarded("safe", self._bank.safe)
+
+    def _guarded(self, verb: str, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except Exception as error:  # whatever a driver raises, perhaps in every cycle from now on
+            if not self._device_told:
+                self._log.event(Level.ERROR, "device", f"a device refused {verb}: {error}")
+            self._device_told = True
+            self.keeper.fail(f"a device refused {verb}: {error}")
+
+    def _tell_overrun(self, now_ns: int) -> None:
+        """An event with the culprit; more than a few a second are only counted."""
+        if now_ns - self._overruns_told_ns < 1e9 / OVERRUN_EVENTS_PER_S:
+            return
+        self._overruns_told_ns = now_ns
+        overruns, phases = self._overruns, self._phases_ns
+        slowest = phases[PHASES.index(overruns.culprit)] * 1e-3
+        late_ms = overruns.late_ns * 1e-6
+        text = f"cycle ended {late_ms:.3f} ms late, {overruns.missed} periods missed; slowest: {overruns.culprit} {slowest:.0f} us"
+        numbers = {"late_ms": late_ms, "missed": overruns.missed, "slowest_us": slowest, "overruns": overruns.overruns}
+        self._log.event(Level.WARNING, "overrun", text, numbers)

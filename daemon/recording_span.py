@@ -1,0 +1,92 @@
+"""When a recording begins and ends.
+
+One covers the time from arming until the outputs no longer act, and a little longer after a fault. Between these, where the daemon
+runs as a service, the rows go on in standby recordings, cut every ten minutes, of which the recorder keeps only the newest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from control.signals import Mode
+from daemon.controller_port import ControllerPort
+from daemon.log_stream import LogStream
+from daemon.overrun import OverrunPolicy
+from daemon.timing import Timing, passport
+
+FAULT_TAIL_S = 2.0
+STANDBY_S = 600.0  # length of one standby recording
+OUTPUTS_ACT = (Mode.ARMING, Mode.HOLDING, Mode.RUNNING, Mode.STOPPING)
+
+
+class RecordingSpan:
+    """Opens and closes the log's recordings; the timing passport covers exactly one of them. `loop_facts` go into every one.
+
+    `standby`: also record while the outputs do not act.
+    """
+
+    def __init__(
+        self, log: LogStream, timing: Timing, overruns: OverrunPolicy, rate_Hz: float, loop_facts: Mapping[str, str], standby: bool
+    ) -> None:
+        self._log, self._timing, self._overruns = log, timing, overruns
+        self._rate_Hz = rate_Hz
+        self._loop_facts = dict(loop_facts)
+        self._standby = standby
+        self._in_standby = False
+        self._standby_left = 0  # cycles
+        self._tail = 0
+        self._mark()
+
+    def open(self, controller: ControllerPort) -> None:
+        """Call in the first cycle of arming, before the controller steps: its state now is what re-execution starts from."""
+        self.close("armed")
+        self._standby_left = 0
+        self._open("armed", controller)
+
+    def stand_by(self, mode: Mode, controller: ControllerPort) -> None:
+        """Once a cycle, before the controller steps: see to it that the row of this cycle has a recording."""
+        if not self._standby or mode in OUTPUTS_ACT:
+            return
+        self._standby_left -= 1
+        if self._standby_left < 0 and (not self._log.recording or self._in_standby):
+            self.close("ten minutes are over")
+            self._standby_left = round(STANDBY_S * self._rate_Hz)
+            self._open("standby", controller)
+
+    def _open(self, span: str, controller: ControllerPort) -> None:
+        self._in_standby = span == "standby"
+        self._mark()
+        self._timing.clear()
+        self._log.open(controller.snapshot(), {"span": span, **self._loop_facts})
+
+    def mode_changed(self) -> None:
+        self._tail = round(FAULT_TAIL_S * self._rate_Hz)
+
+    def follow(self, mode: Mode) -> bool:
+        """Once a cycle, after its row was sent: True while nothing keeps the loop from ending."""
+        if mode in OUTPUTS_ACT:
+            return False
+        if self._in_standby:
+            return True
+        if mode is Mode.FAULT and self._tail > 0:
+            self._tail -= 1
+            return False
+        self.close("fault" if mode is Mode.FAULT else "disarmed")
+        self._standby_left = 0
+        return True
+
+    def close(self, ended_by: str) -> None:
+        """End the recording, if there is one, with its timing passport."""
+        if not self._log.recording:
+            return
+        overruns = self._overruns
+        culprits = {phase: count - self._overruns_before[phase] for phase, count in overruns.by_culprit.items()}
+        cycles = self._log.cycle_number - self._cycle_before
+        entries = passport(self._timing, culprits, overruns.missed_periods - self._missed_before, cycles, self._rate_Hz)
+        self._in_standby = False
+        self._log.close({"ended_by": ended_by, "drops": str(self._log.drops_in_recording), **entries, **self._loop_facts})
+
+    def _mark(self) -> None:
+        self._overruns_before = dict(self._overruns.by_culprit)
+        self._missed_before = self._overruns.missed_periods
+        self._cycle_before = self._log.cycle_number

@@ -1,0 +1,32 @@
+"""A lockstep rig with a simple device, for tests of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from simple_device import SimpleDevice, factory
+
+from config.load import load_rig
+from daemon.lockstep import LockstepRig
+
+MS = 1_000_000
+RIG = load_rig("ornl_testbed")
+JOG: dict[str, Any] = {"maneuver": {"name": "jog"}}
+
+
+@contextmanager
+def simple_rig(directory: Path) -> Iterator[tuple[LockstepRig, SimpleDevice]]:
+    made: list[SimpleDevice] = []
+    with LockstepRig(RIG, directory, create=factory(made)) as rig:
+        yield rig, made[0]
+
+
+def names_of(rig: LockstepRig) -> list[str]:
+    return [event.name for event in rig.events]
+
+
+def texts_of(rig: LockstepRig, name: str) -> list[str]:
+    return [event.text for event in rig.events if event.name == name]
