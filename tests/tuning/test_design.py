@@ -1,0 +1,86 @@
+"""The lag-lead search: at least as good as the published designs on their own terms, and a design for the whole arm that holds in time."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from math import degrees
+from pathlib import Path
+
+import pytest
+
+from config.load import load_rig, rig_from_text
+from config.overrides import apply_overrides
+from config.rig import Rig
+from daemon.cli.main import main
+from tuning.arm_design import as_overrides, evaluate_on
+from tuning.closed_loop import Servo
+from tuning.family import HALF_HOLD_AND_SAMPLE_S, INERTIAS, eq1, members, valve
+from tuning.lag_lead_design import Demands, Problem, evaluate, search
+from tuning.release import Place, release
+from tuning.transfer import Complexes, Floats, TransferFunction
+
+LAG = (8.0, 8.0 / 6)
+SPOOL = valve(60.0, 0.8)
+
+
+def _on_axis(plant: TransferFunction, omega: Floats) -> Complexes:
+    return plant(1j * omega)
+
+
+@pytest.mark.parametrize(
+    ("published", "plants", "best_gain"),
+    [
+        (Servo(1.4586 * 6, ((59.58, 595.8), LAG)), [eq1(m) for m in members()], 0.71),
+        (Servo(0.7158 * 6, ((55.24, 552.4), LAG)), [(eq1(m) * SPOOL).delayed(HALF_HOLD_AND_SAMPLE_S) for m in members()], 0.50),
+        (
+            Servo(0.4058 * 6, ((44.04, 440.4), LAG)),
+            [(eq1(m) * SPOOL).delayed(HALF_HOLD_AND_SAMPLE_S) for m in members(inertias=INERTIAS)],
+            0.35,
+        ),
+    ],
+    ids="ABC",
+)
+def test_search_is_at_least_as_good_as_the_published_designs(published: Servo, plants: list[TransferFunction], best_gain: float) -> None:
+    """Same family, same bounds, same M_s as theirs; stiffness judged by the common formula."""
+    responses = tuple(partial(_on_axis, plant) for plant in plants)
+    theirs = evaluate(Problem(responses), published)
+    problem = Problem(responses, Demands(sensitivity_peak=theirs.worst.sensitivity_peak))
+    ours = search(problem)
+    assert ours.stiffness_gain_dB >= theirs.stiffness_gain_dB - 0.005
+    assert ours.worst.sensitivity_peak <= theirs.worst.sensitivity_peak + 0.001
+    assert ours.worst.phase_margin_deg >= 45.0
+    assert ours.worst.gain_margin_dB >= 6.0
+    assert search(Problem(responses), with_sections=False).servo.gain == pytest.approx(best_gain, abs=0.008)
+
+
+def test_shipped_servo_keeps_its_promises(rig: Rig) -> None:
+    """0.35 V/deg: margins and a link that is damped at all gains of the family."""
+    shipped = evaluate_on(rig, Servo(rig.servo["rotary"].gain))
+    assert shipped.worst.sensitivity_peak <= 1.7
+    assert shipped.least_damping is not None
+    assert shipped.least_damping > 0.0
+
+
+@pytest.mark.slow
+def test_design_command_writes_a_rig_that_is_quiet(rig: Rig, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With end-point feedback: stiffer than pure gain, written into the file, and no cycle where the link is worst."""
+    out = tmp_path / "rig.yaml"
+    assert main(["design", "ornl_testbed", "--tip-gain", "0.5", "--effort", "15", "--json", "-o", str(out)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    chosen = found["chosen"]
+    assert not found["pure_gain_wins"]
+    assert chosen["worst"]["sensitivity_peak"] <= 1.705
+    assert chosen["least_damping"] >= 0.0149
+    written = load_rig(out).rig.servo["rotary"]
+    assert written.gain == pytest.approx(chosen["servo"]["gain"], rel=1e-5)
+    servo = Servo(written.gain, tuple((s.zero_rad_per_s, s.pole_rad_per_s) for s in written.sections), 0.5)
+    for inches, pounds in ((20, 45), (30, 45), (60, 75), (36, 0)):
+        assert not release(rig, Place(inches * 0.0254, pounds * 0.45359237), servo, 10.0).oscillates
+
+
+def test_overrides_fit_the_rig_file() -> None:
+    text = apply_overrides(load_rig("ornl_testbed").text, as_overrides(Servo(2.0 * degrees(1.0), ((50.0, 500.0), (8.0, 2.0)))))
+    servo = rig_from_text(text).servo["rotary"]
+    assert servo.gain == pytest.approx(2.0 * degrees(1.0))
+    assert [(s.zero_rad_per_s, s.pole_rad_per_s) for s in servo.sections] == [(50.0, 500.0), (8.0, 2.0)]

@@ -1,0 +1,83 @@
+"""Amplitude tables, temperature table and lines against the published figures (independent simulation with its own plant code)."""
+
+from __future__ import annotations
+
+from math import degrees
+
+import numpy as np
+import pytest
+
+from config.end_point import EndPoint
+from config.rig import Rig
+from tuning.line_run import coupled_run, ideal_run, plan_line, rms_dB, spectrum_dB
+from tuning.release import PRISMATIC
+from tuning.sine_test import SineTest, decibels, relative_to_eq4, rotary, velocity_response
+from tuning.variants import with_servo, with_valve, without_effect
+
+HZ = (0.5, 2.0, 5.0, 8.0, 12.0)
+# dB and degrees relative to Eq 4 at HZ, without valve hysteresis
+ROTARY = {
+    0.1: ((-2.3, -2.8, -4.8, -6.4, -4.7), (2, 0, 1, 18, 31)),
+    0.3: ((-0.4, -0.4, -0.1, 0.3, 0.8), (1, 1, 0, -1, -2)),
+    1.0: ((-0.7, -0.5, 0.2, 1.5, 3.1), (1, 2, 4, 2, -10)),
+}
+
+
+@pytest.mark.parametrize("volts", ROTARY)
+def test_rotary_amplitude_table(rig: Rig, volts: float) -> None:
+    """Without hysteresis the published table comes out to 0.3 dB and 1.5°: it was made without."""
+    gain, phase = relative_to_eq4(HZ, velocity_response(without_effect(rig, "valve_hysteresis"), rotary(), volts, HZ))
+    assert gain == pytest.approx(np.array(ROTARY[volts][0]), abs=0.3)
+    assert phase == pytest.approx(np.array(ROTARY[volts][1]), abs=1.5)
+
+
+def test_prismatic_amplitude_table(rig: Rig) -> None:
+    """Published spread 2.7/5, 3.9/13, 4.7/17, 5.5/22, 7.2/22 (dB/°) at 1, 3, 5, 8, 12 Hz: null in the middle, no hysteresis."""
+    variant = with_valve(without_effect(rig, "valve_hysteresis"), PRISMATIC, null_adjustment=0.0)
+    test = SineTest(PRISMATIC, 45 * 0.45359237)
+    found = np.array([velocity_response(variant, test, volts, (1.0, 3.0, 5.0, 8.0, 12.0)) for volts in (0.1, 0.2, 0.5, 1.0)])
+    assert np.ptp(decibels(found)[0], axis=0) == pytest.approx(np.array([2.7, 3.9, 4.7, 5.5, 7.2]), abs=0.3)
+    assert np.ptp(decibels(found)[1], axis=0) == pytest.approx(np.array([5, 13, 17, 22, 22]), abs=2)
+
+
+@pytest.mark.parametrize(("volts", "changes"), [(0.1, (19, 11, -13, -28)), (0.3, (4.9, 3.3, -4.6, -10)), (1.0, (-4.4, -0.8, -1.0, -3.3))])
+def test_gain_over_temperature(rig: Rig, volts: float, changes: tuple[float, ...]) -> None:
+    """0.5 Hz gain at 20, 30, 50 and 60 °C relative to 40 °C, percent."""
+    gain = [abs(velocity_response(rig, rotary(t), volts, [0.5])[0]) for t in (20.0, 30.0, 50.0, 60.0, 40.0)]
+    assert 100 * (np.array(gain[:4]) / gain[4] - 1) == pytest.approx(np.array(changes), abs=1.5)
+
+
+def test_ideal_joints(rig: Rig) -> None:
+    """Rows 20 and 21 with the plant's own link."""
+    assert ideal_run(rig, plan_line(rig, "paper_line_y30")).hold_amplitudes == pytest.approx(np.array([4.09, 3.00, 9.35]), rel=0.05)
+    base = ideal_run(rig, plan_line(rig, "paper_line"))
+    fixed = ideal_run(rig, plan_line(rig, "paper_line", {"kind": "three_term", "focal": "initial"}))
+    assert spectrum_dB(fixed, base) == pytest.approx(-17.8, abs=0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("line", "unshaped", "reductions"),
+    [("paper_line", (2.8, 2.8, 3.1), (-17.8, -23.6, -31.2)), ("paper_line_y30", (2.8, 2.7, 3.6), (-12.9, -30.7, -17.6))],
+)
+def test_coupled_runs_without_hysteresis_are_the_published_ones(
+    rig: Rig, line: str, unshaped: tuple[float, ...], reductions: tuple[float, ...]
+) -> None:
+    """Unshaped within 5 %; ZVD, two-hump EI (mid) and adaptive within 1 dB. With the shipped hysteresis they are not."""
+    variant = without_effect(rig, "valve_hysteresis")
+    base = coupled_run(variant, plan_line(variant, line))
+    assert base.hold_amplitudes == pytest.approx(np.array(unshaped), rel=0.05)
+    shapers = ({"kind": "zvd", "focal": "mid"}, {"kind": "two_hump_ei", "focal": "mid"}, {"kind": "adaptive"})
+    found = [rms_dB(coupled_run(variant, plan_line(variant, line, shaper)), base) for shaper in shapers]
+    assert found == pytest.approx(reductions, abs=1.0)
+
+
+@pytest.mark.slow
+def test_best_hold_vibration_with_feedback_and_filter(rig: Rig) -> None:
+    """Shipped plant with hysteresis, 0.5 V/deg, g = 1, adaptive filter made for the damped mode: 31 dB and 0.05 m/s² at y0 = 40 in."""
+    feedback = EndPoint.model_validate({"gain": 1.0, "frequency_ratio": 0.8})
+    tuned = with_servo(rig, "rotary", gain=0.5 * degrees(1.0)).model_copy(update={"end_point": feedback})
+    for line, reduction_dB, largest in (("paper_line", -35.0, 0.05), ("paper_line_y30", -31.0, 0.11)):
+        shaped = coupled_run(tuned, plan_line(tuned, line, {"kind": "adaptive"}))
+        assert rms_dB(shaped, coupled_run(rig, plan_line(rig, line))) < reduction_dB
+        assert shaped.hold_amplitudes.max() < largest

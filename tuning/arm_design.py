@@ -1,0 +1,120 @@
+"""The design problem of a rig: its joint over gain, extension, payload and temperature, its link modes everywhere in the workspace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from math import degrees
+
+import numpy as np
+
+from config.end_point import EndPoint
+from config.errors import ManeuverError
+from config.rig import LinkMode, Rig
+from control.end_point import scheduled_gain
+from control.link_mode import LinkFrequency
+from tuning.closed_loop import Servo, least_damping, sampled_loop
+from tuning.describing_function import FrictionCompliance
+from tuning.exact_cycle import Cycle, ExactLoop
+from tuning.family import GAINS
+from tuning.lag_lead_design import Demands, Design, Problem, evaluate, search
+from tuning.linear_arm import LinearArm, linear_arm
+from tuning.transfer import EQ4, Complexes, Floats, lag_lead
+
+POUND_KG, INCH_M = 0.45359237, 0.0254
+# Extension (in) and payload (lb): the corners of the workspace and the places between where the link mode is damped least.
+UNLOADED = ((12.0, 0.0), (36.0, 0.0), (60.0, 0.0))
+LOADED = ((12.0, 45.0), (20.0, 45.0), (30.0, 45.0), (36.0, 45.0), (48.0, 45.0), (60.0, 45.0), (24.0, 75.0), (40.0, 75.0), (60.0, 75.0))
+WORKSPACE = UNLOADED + LOADED
+DAMPING_JOINT_ONLY, DAMPING_WITH_TIP = 0.002, 0.015
+STIFF_HZ = 15.0  # a link above this is no concern of the joint, as long as it keeps
+OWN_DAMPING_KEPT = 0.002  # of its 0.005
+HUNTING_RATIOS = (1.0, 1.1, 1.2)
+EFFORT = 25
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The arm somewhere in its workspace. `tip_share`: what the gain schedule leaves of the tip gain there."""
+
+    arm: LinearArm
+    tip_share: float
+    stiff: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ArmDesign:
+    """The lag-lead found and the best pure gain under the same demands; `chosen` is the stiffer one, `hunting` its cycles with friction."""
+
+    lag_lead: Design
+    pure_gain: Design
+    chosen: Design
+    hunting: tuple[Cycle | None, ...]
+
+    @property
+    def pure_gain_wins(self) -> bool:
+        return self.chosen is self.pure_gain
+
+
+def arm_problem(rig: Rig, tip_gain: float, demands: Demands | None = None) -> Problem:
+    """Margins over gain ± 20 % and inertia with the link rigid; damping of the sampled coupled loop over the whole workspace."""
+    if rig.arm.kind != "rotary_prismatic" or rig.plant is None or rig.link_mode is None:
+        advice = "Give a rig file with plant and link_mode."
+        raise ManeuverError(
+            "the design needs an arm with a flexible link and its plant", value=rig.arm.kind, where=rig.name, next_step=advice
+        )
+    period_s = 1.0 / rig.loop.rate_Hz
+    rigid = [linear_arm(rig, inches * INCH_M, pounds * POUND_KG, rigid=True) for inches, pounds in UNLOADED]
+    places = [_place(rig, rig.link_mode, inches * INCH_M, pounds * POUND_KG) for inches, pounds in WORKSPACE]
+    plants = tuple(partial(_position, arm, gain, 1.5 * period_s) for arm, gain in product(rigid, GAINS))
+    damping = partial(worst_damping, places, period_s)
+    return Problem(plants, demands or Demands(), tip_gain, damping, DAMPING_WITH_TIP if tip_gain > 0.0 else DAMPING_JOINT_ONLY)
+
+
+def _place(rig: Rig, link: LinkMode, extension_m: float, payload_kg: float) -> Place:
+    frequency = LinkFrequency(link.model_copy(update={"payload_kg": payload_kg})).frequency_Hz(extension_m)
+    settings = (rig.end_point or EndPoint()).model_copy(update={"gain": 1.0})
+    return Place(linear_arm(rig, extension_m, payload_kg), scheduled_gain(settings, frequency), frequency > STIFF_HZ)
+
+
+def _position(arm: LinearArm, gain: float, delay_s: float, omega: Floats) -> Complexes:
+    return np.asarray(gain * arm.response(omega, arm.position) * np.exp(-1j * omega * delay_s))
+
+
+def worst_damping(places: Sequence[Place], period_s: float, servo: Servo) -> float:
+    """Smallest damping ratio of any mode at any place and any gain of the family; stiff places count when they lose their own damping."""
+    found = []
+    for place, gain in product(places, GAINS):
+        scheduled = Servo(servo.gain * gain, servo.sections, servo.tip_gain * place.tip_share, servo.roll_off_Hz)
+        damping = least_damping(sampled_loop(place.arm, scheduled, period_s), period_s)
+        if not (place.stiff and damping > OWN_DAMPING_KEPT):
+            found.append(damping)
+    return min(found)
+
+
+def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: int = EFFORT) -> ArmDesign:
+    """Search lag-lead and pure gain; gains are in V/rad."""
+    problem = arm_problem(rig, tip_gain, demands)
+    found = search(problem, effort=effort)
+    pure = search(problem, with_sections=False, effort=effort)
+    chosen = pure if pure.stiffness_gain_dB >= found.stiffness_gain_dB else found
+    return ArmDesign(found, pure, chosen, hunting(chosen.servo))
+
+
+def hunting(servo: Servo) -> tuple[Cycle | None, ...]:
+    """Exact cycles with the friction-compliance element and Eq 4, one for each H_s/H_c; amplitudes in H_c. None: comes to rest."""
+    loop = lag_lead(servo.gain / degrees(1.0), servo.sections) * EQ4
+    return tuple(ExactLoop(loop, FrictionCompliance.of_ratio(ratio)).march(1.0) for ratio in HUNTING_RATIOS)
+
+
+def evaluate_on(rig: Rig, servo: Servo) -> Design:
+    """The figures of a given servo on a rig."""
+    return evaluate(arm_problem(rig, servo.tip_gain), servo)
+
+
+def as_overrides(servo: Servo) -> list[str]:
+    """What `config.overrides.apply_overrides` needs to put the servo into a rig file."""
+    sections = ", ".join(f"{{zero: {zero:.6g} rad/s, pole: {pole:.6g} rad/s}}" for zero, pole in servo.sections)
+    return [f"servo.rotary.gain={servo.gain / degrees(1.0):.6g} V/deg", f"servo.rotary.sections=[{sections}]"]

@@ -1,0 +1,103 @@
+"""The rotary joint with valve, oil and flexible link as a linear system: derivatives of the running plant's own equations.
+
+Nothing is written down twice: the matrices are central differences of `sim_backend.rates` about rest, with Coulomb friction and stiction
+taken out (a stuck joint has no frequency response) and the extension held.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from config.rig import Rig
+from sim_backend import kernel
+from sim_backend.layout import D_STRIDE, DIFFERENTIAL, C, D, J, Vector, X
+from sim_backend.plant import SimulatedRig
+from sim_backend.rates import rates
+from sim_backend.work import WORK, W
+from tuning.transfer import Complexes, Floats
+
+ROTARY = "rotary"
+STATES = (D.POSITION, D.VELOCITY, D.SPOOL, D.SPOOL_RATE, D.PRESSURE_A, D.PRESSURE_B, X.SHAPE_1, X.SHAPE_2, X.SHAPE_1_RATE, X.SHAPE_2_RATE)
+_STEPS: dict[int, float] = {D.POSITION: 1e-6, D.VELOCITY: 1e-6, D.SPOOL: 1e-6, D.SPOOL_RATE: 1e-4, D.PRESSURE_A: 10.0, D.PRESSURE_B: 10.0}
+_SHAPE_STEP = 1e-7
+_NO_LAG_S = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class LinearArm:
+    """ẋ = A x + b u; u in V. `position` (rad) and `deflection` (m) are output rows; `extension_m` is where it was linearised."""
+
+    a: Floats
+    b: Floats
+    position: Floats
+    deflection: Floats
+    extension_m: float
+
+    def response(self, omega: Floats, output: Floats) -> Complexes:
+        """Frequency response from u to an output row at frequencies in rad/s."""
+        matrices = 1j * np.asarray(omega)[:, None, None] * np.eye(len(self.b)) - self.a
+        right = np.broadcast_to(self.b[:, None], (len(omega), len(self.b), 1))
+        return np.asarray(np.linalg.solve(matrices, right)[:, :, 0] @ output)
+
+
+def linear_arm(
+    rig: Rig,
+    extension_m: float,
+    payload_kg: float | None = None,
+    temperature_C: float | None = None,
+    *,
+    rigid: bool = False,
+    link_damping: bool = True,
+    valve_lag: bool = True,
+) -> LinearArm:
+    """Linearise the rig's plant at rest. `payload_kg`, `temperature_C`: those of the rig when not given.
+
+    `rigid`: the link does not bend; `link_damping`, `valve_lag` False: without them, for closed forms that leave them out.
+    """
+    plant = SimulatedRig(rig)
+    values = plant.parameters.values
+    joint = plant.parameters.offset
+    for index in (J.COULOMB, J.STICTION):
+        values[joint(index, ROTARY)] = 0.0
+    if payload_kg is not None:
+        values[C.PAYLOAD] = payload_kg
+    if rigid:
+        values[C.BENDING_STIFFNESS] = 0.0
+    if not link_damping:
+        values[C.LINK_DAMPING] = 0.0
+    if not valve_lag:
+        values[joint(J.VALVE_TIME, ROTARY)] = _NO_LAG_S
+    plant.reset([0.0, extension_m], temperature_C)
+    plant.state[D_STRIDE + D.VELOCITY] = 0.0
+    full_scale = values[joint(J.FULL_SCALE, ROTARY)]
+    a, b = jacobians(plant.state, values)
+    keep = [i for i, state in enumerate(STATES) if not (rigid and isinstance(state, X))]
+    a, b = a[np.ix_(keep, keep)], b[keep] / full_scale
+    position, deflection = np.zeros(len(keep)), np.zeros(len(keep))
+    position[0] = 1.0
+    if not rigid:
+        deflection[STATES.index(X.SHAPE_1)] = 1.0
+    return LinearArm(a, b, position, deflection, extension_m)
+
+
+def jacobians(state: Vector, values: Vector) -> tuple[Floats, Floats]:
+    """(A, b) over STATES about `state` by central differences; b is per unit of wanted spool opening."""
+    work, rate = np.zeros(WORK), np.zeros((2, DIFFERENTIAL))
+    base = state.copy()
+    base[: D.PRESSURE_A] = 0.0
+    kernel.hold_terms(base, values, work)
+    kernel.start_air(base, values, work)
+    work[W.WANTED] = 0.0
+
+    def slope(index: int, vector: Vector, step: float) -> Floats:
+        middle = vector[index]
+        for side in (0, 1):
+            vector[index] = middle + (2 * side - 1) * step
+            rates(base, values, work, 0.0, values[C.STEP], rate[side])
+        vector[index] = middle
+        return np.asarray((rate[1] - rate[0])[list(STATES)] / (2.0 * step))
+
+    columns = [slope(int(state), base, _STEPS.get(int(state), _SHAPE_STEP)) for state in STATES]
+    return np.column_stack(columns), slope(int(W.WANTED), work, 1e-6)

@@ -1,0 +1,95 @@
+"""Release tests on the simulated rig: the joint let go some degrees from its reference, servo and end-point feedback as they run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import degrees, nan, radians
+
+import numpy as np
+
+from config.end_point import EndPoint
+from config.rig import Rig
+from config.servo import LagLeadSection
+from control.end_point import EndPointFeedback
+from control.servo import JointServo
+from sim_backend.plant import SimulatedRig
+from tuning.closed_loop import Servo
+from tuning.linear_arm import ROTARY
+from tuning.transfer import Floats
+from tuning.variants import with_link
+
+PRISMATIC = "prismatic"
+RELEASE_RAD = radians(2.0)
+LAST_S = 5.0  # what is left at the end is measured over these seconds
+AT_REST_RAD = radians(0.02)
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Joint angle (rad), tip deflection (m) over time, and what is left over the last seconds: amplitudes are half peak to peak."""
+
+    t_s: Floats
+    angle: Floats
+    deflection_m: Floats
+    frequency_Hz: float
+    angle_amplitude_deg: float
+    tip_amplitude_m: float
+
+    @property
+    def oscillates(self) -> bool:
+        return self.angle_amplitude_deg > degrees(AT_REST_RAD)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where and with what the arm is released. `temperature_C` None: that of the rig file."""
+
+    extension_m: float
+    payload_kg: float
+    temperature_C: float | None = None
+
+
+def release(rig: Rig, place: Place, servo: Servo, seconds: float = 20.0, angle: float = RELEASE_RAD) -> Release:
+    """Let go at `angle` with reference 0; both joints' servos run, the prismatic one as in the rig file, sensors are ideal."""
+    plant = SimulatedRig(with_link(rig, payload_kg=place.payload_kg))
+    plant.reset([angle, place.extension_m], place.temperature_C)
+    period_s = 1.0 / rig.loop.rate_Hz
+    rotary, prismatic = _rotary_servo(rig, servo, period_s), JointServo(rig.joints[PRISMATIC], rig.servo[PRISMATIC], period_s)
+    feedback = _feedback(rig, servo, place, period_s)
+    count = round(seconds / period_s)
+    angles, tips = np.empty(count), np.empty(count)
+    for n in range(count):
+        angles[n], extension = plant.true_position
+        tips[n] = plant.true_signal("tip.deflection")
+        rotary.measure(float(angles[n]))
+        prismatic.measure(extension)
+        correction = feedback.step(float(tips[n]), nan, (extension, prismatic.velocity), rotary.velocity) if feedback else 0.0
+        sign = -1.0 if servo.tip_gain < 0.0 else 1.0
+        rotary.step(0.0, 0.0, 0.0, sign * correction)
+        prismatic.step(place.extension_m, 0.0, 0.0)
+        plant.advance([rotary.command_V, prismatic.command_V], period_s)
+    return _judged(np.arange(count, dtype=np.float64) * period_s, angles, tips, period_s)
+
+
+def _rotary_servo(rig: Rig, servo: Servo, period_s: float) -> JointServo:
+    settings = rig.servo[ROTARY]
+    sections = tuple(LagLeadSection.model_validate({"zero": zero, "pole": pole}) for zero, pole in servo.sections)
+    return JointServo(rig.joints[ROTARY], settings.model_copy(update={"gain": servo.gain, "sections": sections}), period_s)
+
+
+def _feedback(rig: Rig, servo: Servo, place: Place, period_s: float) -> EndPointFeedback | None:
+    """The running feedback with the true payload; a negative gain (true tip) is made by its mirror image."""
+    if servo.tip_gain == 0.0 or rig.link_mode is None:
+        return None
+    base = rig.end_point or EndPoint()
+    settings = base.model_copy(update={"gain": abs(servo.tip_gain), "roll_off_Hz": servo.roll_off_Hz})
+    return EndPointFeedback(settings, rig.link_mode.model_copy(update={"payload_kg": place.payload_kg}), period_s)
+
+
+def _judged(t: Floats, angles: Floats, tips: Floats, period_s: float) -> Release:
+    last = slice(-round(LAST_S / period_s), None)
+    swing = angles[last] - np.mean(angles[last])
+    rising = np.flatnonzero((swing[:-1] < 0.0) & (swing[1:] >= 0.0))
+    steps = rising - swing[rising] / (swing[rising + 1] - swing[rising])  # crossings between samples
+    frequency = (len(steps) - 1) / ((steps[-1] - steps[0]) * period_s) if len(steps) > 2 else 0.0
+    return Release(t, angles, tips, float(frequency), degrees(0.5 * float(np.ptp(angles[last]))), 0.5 * float(np.ptp(tips[last])))
