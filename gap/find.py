@@ -1,0 +1,227 @@
+"""The whole search as one call: logs and a rig file in, a verdict with its evidence and an improved rig file out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from config.errors import LogError, PlantError
+from config.load import LoadedRig, load_rig, rig_from_text
+from gap.candidates import candidates
+from gap.data_check import DataProblem, censored, check, refuse_pairing, same_maneuver
+from gap.findings import as_text, constants, document, finding, not_seen
+from gap.fit import Evaluation, Fit, costing, evaluate, fit, mean_cost, unfitted
+from gap.localise import Place, localise
+from gap.measured import Array, Measured, load
+from gap.model import Model
+from gap.model_file import improved, moved, width_key
+from gap.next_maneuver import QUICK, Rival, propose, rival_of
+from gap.noise import noise_floors
+from gap.nuisance import nuisances
+from gap.report import write_report
+from gap.screen import screen
+from gap.select import FLOOR, Search, Trial, search
+from gap.verdict import Verdict, channel_rms, confidence, verdict
+from gap.windows import Experiment, default_window_s, prepare
+
+ALIKE = 1.03  # ratio of hold-out costs up to which the model with fewer changes is preferred
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Everything a report needs. Costs in noise floors, on the hold-out."""
+
+    rig: LoadedRig
+    channels: list[str]
+    state: Search
+    nominal: tuple[Evaluation, ...]
+    refitted: tuple[Evaluation, ...]
+    final: tuple[Evaluation, ...]
+    half_width: Array
+    verdict: Verdict
+    places: list[Place]
+    problems: list[DataProblem]
+    improved_text: str
+    content: dict[str, Any]
+
+
+def find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: Path, tell: Tell, window_s: float | None = None) -> Found:
+    """Search and write findings.json, rig.yaml and report.html into `out`. LogError (exit 3) for unusable data."""
+    loaded = load_rig(rig)
+    found = search_gap(loaded, [load(p, loaded.rig) for p in logs], [load(p, loaded.rig) for p in holdouts], tell, window_s)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "findings.json").write_text(as_text(found.content))
+    (out / "rig.yaml").write_text(found.improved_text)
+    tell("writing the report")
+    write_report(found, out / "report.html")
+    return found
+
+
+def search_gap(
+    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], tell: Tell, window_s: float | None = None
+) -> Found:
+    """The search on logs in memory."""
+    if loaded.rig.plant is None:
+        raise PlantError("the rig file has no section 'plant'", where=loaded.path, next_step="The search compares the plant with the logs.")
+    refuse_pairing(fit_logs, holdout_logs)
+    problems = _checked(loaded, [*fit_logs, *holdout_logs])
+    problems += [_repeat(b) for a in fit_logs for b in holdout_logs if same_maneuver(a, b)]
+    for problem in problems:
+        tell(f"warning: {problem.text()}")
+    names, experiments, held = _experiments(loaded, fit_logs, holdout_logs, window_s or default_window_s(loaded.rig))
+    free = nuisances(loaded, frozenset(names))
+    model = Model(loaded.rig, free, np.array([item.start for item in free]))
+    tell(f"{len(names)} channels, {sum(e.windows for e in experiments)} + {sum(e.windows for e in held)} windows, {len(free)} constants")
+    state, nominal, refitted = _started(model, experiments, held, frozenset(names), tell)
+    search(state, tell)
+    return _concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], tell)
+
+
+def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
+    problems = check(logs, loaded.rig)
+    fatal = [problem for problem in problems if problem.fatal]
+    if fatal:
+        more = f" ({len(fatal) - 1} more)" if len(fatal) > 1 else ""
+        place = f"{fatal[0].where}: {fatal[0].channel}" if fatal[0].channel else fatal[0].where
+        raise LogError(fatal[0].what + more, where=place, next_step="No verdict about the plant can be given from this log.")
+    return problems
+
+
+def _repeat(log: Measured) -> DataProblem:
+    what = "has practically the same commands as a fit log: a repeat only tests the noise, log a different maneuver"
+    return DataProblem(what, "", str(log.path), False)
+
+
+def _experiments(
+    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], window_s: float
+) -> tuple[list[str], list[Experiment], list[Experiment]]:
+    """Channels that every log has, cut into windows."""
+    every = [*fit_logs, *holdout_logs]
+    assert loaded.rig.plant is not None
+    sensors = loaded.rig.plant.sensors
+    names = [
+        name
+        for name in every[0].channels
+        if all(name in log.channels and not censored(log.channels[name], sensors[name].low, sensors[name].high) for log in every)
+    ]
+    sigma = noise_floors(every, loaded.rig)
+    cut = [prepare(log, loaded.rig, sigma, window_s, names) for log in every]
+    return names, cut[: len(fit_logs)], cut[len(fit_logs) :]
+
+
+def _started(
+    model: Model, experiments: list[Experiment], held: list[Experiment], channels: frozenset[str], tell: Tell
+) -> tuple[Search, tuple[Evaluation, ...], tuple[Evaluation, ...]]:
+    """The rig file as it is, then with its constants refitted."""
+    tell("comparing the rig file with the logs")
+    every = [*experiments, *held]
+    costs = costing(every, [evaluate(e, model, None).left for e in every])
+    nominal = tuple(evaluate(e, model, costs) for e in held)
+    tell(f"hold-out: {mean_cost(nominal):.4g} noise floors; sensitivities of {len(model.free)} constants")
+    start = unfitted(model, experiments, costs)
+    done: Fit = fit(model, experiments, costs, range(len(model.free)), start.jacobian, steps=5)
+    refitted = tuple(evaluate(e, done.model, costs) for e in held)
+    tell(f"hold-out with refitted constants: {mean_cost(refitted):.4g} noise floors")
+    return Search(experiments, held, costs, channels, start, done, refitted), nominal, refitted
+
+
+def _concluded(
+    loaded: LoadedRig,
+    names: list[str],
+    state: Search,
+    nominal: tuple[Evaluation, ...],
+    refitted: tuple[Evaluation, ...],
+    problems: list[DataProblem],
+    logs: Sequence[Measured],
+    tell: Tell,
+) -> Found:
+    before, refit = mean_cost(nominal), mean_cost(refitted)
+    draft = verdict(state, before, refit, state.cost)
+    tell("confidence intervals")
+    half_width = confidence(state.current, state.costs)
+    widths = _widths(state, half_width)
+    lean = _leanest(state, half_width, tell)
+    text = _text(loaded, state, draft, lean, widths, before)
+    final = _rerun(loaded, text, state)
+    after = mean_cost(final)
+    word = verdict(state, before, refit, after)
+    places = localise(nominal, names, state.first_screening, loaded.rig)
+    if state.screening is None or state.steps:
+        state.screening = state.screening or screen(state.current, state.costs, candidates(loaded.rig, state.channels), tell)
+    rms = [channel_rms(evaluations, names) for evaluations in (nominal, final)]
+    units = {name: next(log.channels[name].unit for log in logs) for name in names}
+    gap = {
+        "unit": "noise floors",
+        "holdout_before": before,
+        "holdout_refit": refit,
+        "holdout_after": after,
+        "channels": {name: {"before": rms[0][name], "after": rms[1][name], "unit": units[name]} for name in names},
+    }
+    parts = {
+        "parameters": constants(state.current.model, half_width),
+        "gap": gap,
+        "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),
+        "next_maneuver": _next(loaded, state, word, tell),
+        "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
+    }
+    found = [finding(state, step, lean, widths, word) for step in state.steps]
+    content = document(word, places, found, parts, logs)
+    return Found(loaded, names, state, nominal, refitted, final, half_width, word, places, problems, text, content)
+
+
+def _next(loaded: LoadedRig, state: Search, word: Verdict, tell: Tell) -> dict[str, Any] | None:
+    """For look-alikes: the quick shipped maneuver that separates the first two best; None when there is nothing to separate."""
+    unclear = [step for step in state.steps if step.rivals]
+    if word.word != "ambiguous" or not unclear:
+        return None
+    tell("which maneuver would separate the look-alikes?")
+    pair = [_as_rival(loaded, trial) for trial in (unclear[0].trial, unclear[0].rivals[0])]
+    proposals = propose(loaded, pair[0], pair[1], tell, QUICK)
+    return proposals[0].as_dict() if proposals else None
+
+
+def _as_rival(loaded: LoadedRig, trial: Trial) -> Rival:
+    model = trial.fit.model
+    values = {model.free[k].key: float(model.theta[k]) for k in model.of_effect(model.added[-1])}
+    return rival_of(loaded, trial.candidate.effect, trial.candidate.where, values)
+
+
+def _widths(state: Search, half_width: Array) -> dict[str, float]:
+    """95% half widths of the effects' parameters by name."""
+    model = state.current.model
+    return {width_key(s, model.free[k].key): float(half_width[k]) for s in state.steps for k in model.of_effect(s.entry)}
+
+
+def _leanest(state: Search, half_width: Array, tell: Tell) -> Model:
+    """The model with the fewest changed constants that predicts the hold-out as well as the one with all of them."""
+    model = state.current.model
+    effects = [k for entry in model.added for k in model.of_effect(entry)]
+    some = sorted({*effects, *moved(model, half_width)})
+    for numbers in [effects, some] if effects else [some]:
+        smaller = model.restricted(numbers)
+        jacobian = [columns[numbers] for columns in state.current.jacobian]
+        done = fit(smaller, state.experiments, state.costs, range(len(numbers)), jacobian, steps=4) if numbers else None
+        reached = mean_cost([evaluate(e, done.model, state.costs) for e in state.holdouts]) if done else np.inf
+        if done and reached <= max(ALIKE * state.cost, FLOOR):
+            tell(f"{len(numbers) - len(effects)} changed constants suffice: hold-out {reached:.4g} noise floors")
+            return done.model
+    return model
+
+
+def _text(loaded: LoadedRig, state: Search, draft: Verdict, lean: Model, widths: dict[str, float], before: float) -> str:
+    if draft.word == "no_gap" or (draft.word == "unknown" and not state.steps):
+        return loaded.text
+    grade = "confirmed" if draft.confirmed else "tentative"
+    remark = f"longreach gap find, {grade}: hold-out {before:.4g} to {state.cost:.4g} noise floors"
+    return improved(loaded.text, lean, state.steps, widths, remark)
+
+
+def _rerun(loaded: LoadedRig, text: str, state: Search) -> tuple[Evaluation, ...]:
+    """The hold-out again with the file as it was written: what is reported is what the file does."""
+    rig = rig_from_text(text, "improved rig.yaml")
+    return tuple(evaluate(e, Model(rig, (), np.empty(0)), state.costs) for e in state.holdouts)

@@ -1,0 +1,151 @@
+"""A log as the comparison needs it: a uniform time grid, the commands that acted, and every measured channel the plant has a sensor for."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from config.errors import LogError
+from config.rig import Rig
+from recording.layout import CycleLayout
+from recording.reader import read_log
+from recording.source_columns import columns_by_name
+from recording.table import read_table
+
+Array = NDArray[np.float64]
+
+_FIELD_UNITS = {"pressure": ("_Pa", "Pa"), "acceleration": ("_mps2", "m/s^2"), "deflection": ("_m", "m")}
+_TABLES = (".csv", ".txt", ".tsv")
+MOST_MISSING = 0.5  # share of the grid without a row, above which the rate itself is in doubt
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One measured signal: values on the grid (NaN where there is none)."""
+
+    name: str
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One log. `commands_V`: rows × joints (order of rig.joints), held over missing rows; the grid `t_s` starts at the log's first time.
+
+    `missing` marks rows of the grid the log does not have.
+    """
+
+    path: Path
+    sha256: str
+    t_s: Array
+    period_s: float
+    commands_V: Array
+    channels: Mapping[str, Channel]
+    missing: NDArray[np.bool_]
+    jitter_s: float
+    backwards: int
+    oil_C: float | None = None  # reservoir at the log's start, where it was measured
+
+    @property
+    def rows(self) -> int:
+        return len(self.t_s)
+
+    @property
+    def duration_s(self) -> float:
+        return self.rows * self.period_s
+
+
+def field_of(signal: str) -> tuple[str, str]:
+    """Column of a log and unit of a signal: `rotary.supply_pressure` → (`rotary.supply_pressure_Pa`, `Pa`)."""
+    for word, (suffix, unit) in _FIELD_UNITS.items():
+        if word in signal:
+            return signal + suffix, unit
+    return signal, ""
+
+
+def load(path: Path, rig: Rig) -> Measured:
+    """Read an MCAP log, or a CSV whose columns have the contract's names. LogError for what cannot be used at all."""
+    columns = _csv_columns(path, rig) if path.suffix.lower() in _TABLES else _log_columns(path, rig)
+    return on_grid(path, columns, rig, hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def _csv_columns(path: Path, rig: Rig) -> dict[str, Array]:
+    _, columns = columns_by_name(read_table(path), rig)
+    return columns
+
+
+def _log_columns(path: Path, rig: Rig) -> dict[str, Array]:
+    log = read_log(path)
+    if log.layout.joint_names != tuple(rig.joints):
+        names = f"{', '.join(log.layout.joint_names)} instead of {', '.join(rig.joints)}"
+        raise LogError("the log has other joints than the rig", value=names, where=str(path), next_step="Give the rig this log is from.")
+    return {name: np.asarray(values, dtype=np.float64) for name, values in log.columns.items()}
+
+
+def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> Measured:
+    """Columns of one log on a uniform grid of its median period."""
+    t = _times(path, columns)
+    steps = np.diff(t)
+    period = float(np.median(steps[steps > 0]))
+    index = np.round((t - t[0]) / period).astype(np.int64)
+    keep = np.concatenate([[True], np.diff(np.maximum.accumulate(index)) > 0])
+    rows = int(index[keep][-1]) + 1
+    if keep.sum() < (1 - MOST_MISSING) * rows:
+        lost = f"{1 - keep.sum() / rows:.0%} of the rows"
+        raise LogError(
+            "the log has no steady rate", value=lost, limit="50%", where=str(path), next_step="Give data with one sampling rate."
+        )
+    place = index[keep]
+    missing = np.ones(rows, dtype=np.bool_)
+    missing[place] = False
+    commands = np.column_stack([_held(path, columns, f"{joint}.command_V", keep, place, rows) for joint in rig.joints])
+    jitter = float(np.max(np.abs((t - t[0] - index * period)[keep])))
+    grid: Array = float(t[0]) + period * np.arange(rows, dtype=np.float64)
+    channels = _channels(columns, rig, keep, place, rows)
+    return Measured(path, sha256, grid, period, commands, channels, missing, jitter, int((steps <= 0).sum()), _oil(columns))
+
+
+def _times(path: Path, columns: Mapping[str, Array]) -> Array:
+    t = columns.get("t_s")
+    if t is None:
+        raise LogError("the log has no column t_s", where=str(path), next_step="Give the time of every row in seconds as t_s.")
+    if len(t) < 200 or not np.all(np.isfinite(t)):
+        raise LogError("the log is too short or has rows without a time", value=len(t), limit=200, unit="rows", where=str(path))
+    if not np.any(np.diff(t) > 0):
+        raise LogError("time does not advance", value=float(t[0]), unit="s", where=f"{path}: t_s", next_step="Check the column t_s.")
+    return t
+
+
+def _held(path: Path, columns: Mapping[str, Array], name: str, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int) -> Array:
+    if name not in columns or not np.any(np.isfinite(columns[name])):
+        raise LogError(f"the log has no {name}", where=str(path), next_step="The command that acted is the input of every comparison.")
+    values = np.full(rows, np.nan)
+    values[place] = columns[name][keep]
+    values[0] = values[np.isfinite(values)][0]
+    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(rows), 0))
+    return values[last]
+
+
+def _oil(columns: Mapping[str, Array]) -> float | None:
+    values = columns.get("reservoir_temperature_C")
+    good = values[np.isfinite(values)] if values is not None else np.empty(0)
+    return float(np.median(good[:100])) if good.size else None
+
+
+def _channels(columns: Mapping[str, Array], rig: Rig, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int) -> dict[str, Channel]:
+    """Every fitted signal of the log that the plant has a sensor for; temperatures are slower than a window and left out."""
+    units = {field.name: field.unit for field in CycleLayout.of_rig(rig).fields}
+    found: dict[str, Channel] = {}
+    for signal in rig.plant.sensors if rig.plant else ():
+        name, _ = field_of(signal)
+        if "temperature" in signal or name not in columns or not np.any(np.isfinite(columns[name])):
+            continue
+        values = np.full(rows, np.nan)
+        values[place] = columns[name][keep]
+        found[signal] = Channel(signal, units.get(name, ""), values)
+    return found

@@ -1,0 +1,103 @@
+"""From the course of a search to one honest sentence: no gap, wrong constants, named effects, look-alikes, or unknown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.fit import Costing, Evaluation, Fit, covariance, projected
+from gap.measured import Array
+from gap.select import FLOOR, Search
+
+NO_GAP = 1.05  # noise floors up to which there is nothing to explain
+EXPLAINED = 1.10  # noise floors up to which constants alone are believed to explain a gap
+CLOSED = 1.5  # names are confirmed only when the hold-out ends below this
+REMAINDER = 0.10  # share of the first excess that may remain for names to stand, though not confirmed
+ALARM = 3.0  # prior standard deviations: the constant, its prior or the structure is wrong
+BOOTSTRAPS = 200
+_BLOCK = 3  # neighbouring windows drawn together
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The word of the findings file and why, in a sentence."""
+
+    word: str
+    why: str
+    confirmed: bool
+
+
+def verdict(state: Search, before: float, refit: float, after: float) -> Verdict:
+    """`before`, `refit`, `after`: hold-out costs of the rig file, of its refitted constants and of the final model, in noise floors."""
+    if state.steps:
+        return _named(state, before, after)
+    alarms = alarmed(state.current)
+    if before <= NO_GAP:
+        return Verdict("no_gap", f"The rig file predicts the hold-out within {before:.2f} noise floors.", True)
+    if refit <= EXPLAINED or refit - FLOOR <= 0.02 * (before - FLOOR):
+        far = f" Beyond {ALARM:g} prior standard deviations: {', '.join(alarms)}." if alarms else ""
+        moved = f"Other values of the rig's constants alone bring the hold-out from {before:.3g} to {refit:.3g} noise floors"
+        why = f"{moved}; no effect is missing.{far}"
+        return Verdict("parameter_mismatch", why, not alarms)
+    why = f"The hold-out stays at {refit:.3g} noise floors with the best constants, and no known effect passes the gates."
+    return Verdict("unknown", why, False)
+
+
+def _named(state: Search, before: float, after: float) -> Verdict:
+    names = " and ".join(f"{s.trial.candidate.effect} at {s.trial.candidate.where}" for s in state.steps)
+    rest = (after - FLOOR) / max(before - FLOOR, 1e-9)
+    gap = f"the hold-out goes from {before:.4g} to {after:.4g} noise floors"
+    if after > CLOSED and rest > REMAINDER:
+        why = f"{names} help, but {rest:.0%} of the gap remains ({gap}): an effect outside the library or a constant that is not free."
+        return Verdict("unknown", why, False)
+    closed = after <= CLOSED
+    open_ = "" if closed else f" {rest:.1%} of the gap remains, so the names are tentative."
+    unclear = [s for s in state.steps if s.rivals]
+    if unclear:
+        sets = "; ".join(
+            "{" + ", ".join(f"{t.candidate.effect} at {t.candidate.where}" for t in (s.trial, *s.rivals)) + "}" for s in unclear
+        )
+        return Verdict("ambiguous", f"These logs cannot tell apart {sets}; with the simplest, {gap}.{open_}", False)
+    return Verdict("named", f"With {names}, {gap}.{open_}", closed)
+
+
+def alarmed(done: Fit) -> list[str]:
+    """Constants that left their prior."""
+    return [free.key for free, pull in zip(done.model.free, done.model.pulls, strict=True) if abs(pull) >= ALARM]
+
+
+def confidence(done: Fit, costs: Costing, seed: int = 0) -> Array:
+    """95 % half width of every free number: the larger of posterior and block bootstrap over windows (linearised)."""
+    posterior = np.sqrt(np.maximum(np.diag(covariance(done, costs)), 0.0))
+    return np.asarray(1.96 * np.maximum(posterior, _bootstrap_sd(done, costs, seed)))
+
+
+def _bootstrap_sd(done: Fit, costs: Costing, seed: int) -> Array:
+    """Spread of the fitted numbers when windows are drawn again with repetition."""
+    temper = max(1.0, done.cost) * costs.tau
+    scores = np.concatenate([_window_scores(e, j) for e, j in zip(done.evaluations, done.jacobian, strict=True)], axis=1) / temper
+    inverse = covariance(done, costs) / np.outer(done.model.scales, done.model.scales)
+    blocks = [scores[:, k : k + _BLOCK].sum(axis=1) for k in range(0, scores.shape[1], _BLOCK)]
+    stacked, draw = np.stack(blocks, axis=1), np.random.default_rng(seed)
+    picks = draw.integers(0, len(blocks), (BOOTSTRAPS, len(blocks)))
+    moves = np.stack([inverse @ stacked[:, pick].sum(axis=1) for pick in picks])
+    return np.asarray(moves.std(axis=0) * done.model.scales)
+
+
+def _window_scores(evaluation: Evaluation, columns: Array) -> Array:
+    """Gradient of the fit by window: numbers × windows."""
+    return np.asarray(np.einsum("kwn,wn->kw", projected(evaluation, columns), evaluation.left))
+
+
+def channel_rms(evaluations: tuple[Evaluation, ...], names: list[str]) -> dict[str, float]:
+    """Root mean square of what is left in each channel, in its unit."""
+    found = {}
+    for k, name in enumerate(names):
+        parts = []
+        for e in evaluations:
+            left = e.left[:, : e.experiment.measured[0].size].reshape(e.experiment.measured.shape)[:, :, k]
+            parts.append(left[np.isfinite(e.experiment.measured[:, :, k])] * e.experiment.sigma[k])
+        pooled = np.concatenate(parts)
+        found[name] = float(np.sqrt(np.mean(pooled**2))) if pooled.size else float("nan")
+    return found

@@ -1,0 +1,71 @@
+"""The search on the simulated testbed: an entry deleted from the rig file is found from two logs of the whole rig."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from config.load import load_rig
+from daemon.cli.gap_demo import logged, without
+from gap.find import find
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    return logged(load_rig("ornl_testbed"), tmp_path_factory.mktemp("logs"), 1, lambda line: None)
+
+
+def search(tmp_path: Path, logs: dict[str, Path], text: str) -> dict[str, Any]:
+    model = tmp_path / "model.yaml"
+    model.write_text(text)
+    return find(model, [logs["fit"]], [logs["holdout"]], tmp_path / "out", lambda line: None).content
+
+
+def named(content: dict[str, Any]) -> set[tuple[str, str]]:
+    """The names and, where the logs cannot tell, the sets they belong to."""
+    found = {(f["effect"], f["where"]) for f in content["findings"]}
+    return found | {(a["effect"], a["where"]) for f in content["findings"] for a in f["look_alikes"]}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+@pytest.mark.parametrize(
+    ("effect", "where"),
+    [
+        ("link_flexibility", "link"),
+        ("coulomb_friction", "rotary"),
+        ("valve_lag", "rotary"),
+    ],
+)
+def test_deleted_effect_is_found(tmp_path: Path, logs: dict[str, Path], effect: str, where: str) -> None:
+    content = search(tmp_path, logs, without(load_rig("ornl_testbed").text, effect, where))
+    assert content["verdict"] in ("named", "ambiguous")
+    assert (effect, where) in named(content)
+    assert len(content["findings"]) == 1
+    assert content["gap"]["holdout_after"] <= 1.2
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_the_whole_rig_has_no_gap(tmp_path: Path, logs: dict[str, Path]) -> None:
+    content = search(tmp_path, logs, load_rig("ornl_testbed").text)
+    assert content["verdict"] == "no_gap"
+    assert content["findings"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_jittered_constants_name_nothing(tmp_path: Path, logs: dict[str, Path]) -> None:
+    text = load_rig("ornl_testbed").text
+    for old, new in (
+        ("hub_inertia: 11.7", "hub_inertia: 12.6"),
+        ("coefficient: 1000 N", "coefficient: 930 N"),
+        ("bulk_modulus: 3.0", "bulk_modulus: 2.7"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    content = search(tmp_path, logs, text)
+    assert content["verdict"] in ("parameter_mismatch", "no_gap")
+    assert content["findings"] == []

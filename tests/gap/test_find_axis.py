@@ -1,0 +1,67 @@
+"""The whole search on a simulated servo axis: a hidden effect is named, wrong constants are not taken for one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import axis_logs
+import pytest
+
+from config.load import load_rig
+from gap.find import find
+
+
+def search(tmp_path: Path, model_text: str, truth_text: str) -> dict[str, Any]:
+    from config.load import rig_from_text
+
+    truth = rig_from_text(truth_text)
+    model = tmp_path / "axis.yaml"
+    model.write_text(model_text)
+    logs = [axis_logs.write(tmp_path / f"{name}.csv", axis_logs.simulated(truth, seed)) for seed, name in enumerate(("fit", "hold"), 11)]
+    find(model, logs[:1], logs[1:], tmp_path / "out", lambda line: None)
+    content: dict[str, Any] = json.loads((tmp_path / "out" / "findings.json").read_text())
+    return content
+
+
+def test_deleted_coulomb_friction_is_found_and_the_gap_closes(tmp_path: Path) -> None:
+    content = search(tmp_path, axis_logs.axis_text("coulomb_friction"), axis_logs.axis_text())
+    assert content["verdict"] in ("named", "ambiguous")
+    first = content["findings"][0]
+    assert (first["effect"], first["where"]) == ("coulomb_friction", "axis")
+    assert first["parameters"]["friction"]["value"] == pytest.approx(20.39, rel=0.05)
+    assert len(content["findings"]) == 1
+    assert content["gap"]["holdout_before"] > 10
+    assert content["gap"]["holdout_after"] <= 1.2
+    assert content["where"][0]["equation"] == "force balance of axis"
+    improved = load_rig(tmp_path / "out" / "rig.yaml")
+    assert "[gap]" in improved.text
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == 4
+    assert "http" not in page.replace("http-equiv", "")
+
+
+def test_no_gap_is_said_and_the_rig_file_stays(tmp_path: Path) -> None:
+    content = search(tmp_path, axis_logs.axis_text(), axis_logs.axis_text())
+    assert content["verdict"] == "no_gap"
+    assert content["findings"] == []
+    assert (tmp_path / "out" / "rig.yaml").read_text() == axis_logs.axis_text()
+    assert all(row["smallest_visible"] is None or row["smallest_visible"] > 0 for row in content["not_seen"])
+
+
+def test_wrong_constants_are_no_missing_effect(tmp_path: Path) -> None:
+    truth = axis_logs.axis_text().replace("mass: 95.1089 kg", "mass: 97.5 kg").replace("coefficient: 203.5", "coefficient: 225")
+    content = search(tmp_path, axis_logs.axis_text(), truth)
+    assert content["verdict"] == "parameter_mismatch"
+    assert content["findings"] == []
+    assert content["parameters"]["plant.joints.axis.mass"]["value"] == pytest.approx(97.5, rel=0.01)
+    assert content["gap"]["holdout_after"] <= 1.2
+
+
+def test_a_delayed_encoder_is_named(tmp_path: Path) -> None:
+    truth = axis_logs.axis_text() + "    - {effect: sensor_delay, where: sensor:axis.position, delay: 4 ms}\n"
+    content = search(tmp_path, axis_logs.axis_text(), truth)
+    named = {f["effect"] for f in content["findings"]} | {a["effect"] for f in content["findings"] for a in f["look_alikes"]}
+    assert named & {"sensor_delay", "transport_delay"}
+    assert "coulomb_friction" not in named
