@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# Removes what install.sh put there. Rig file, CAN network files, logs and the user (who owns the logs) stay.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+source "$here/common.sh"
+
+while [ $# -gt 0 ]; do
+  case $1 in
+    --destdir) destdir=$(staging "$2") ;;
+    --prefix) prefix=${2%/} ;;
+    *) echo "usage: uninstall.sh [--destdir DIR] [--prefix /opt/longreach]" >&2; exit 2 ;;
+  esac
+  shift 2
+done
+
+check_root "uninstalling removes $prefix and files in /etc" "Run \`sudo make uninstall\`."
+check_prefix
+check_stopped
+if [ -z "$destdir" ] && systemd_runs; then systemctl --quiet disable longreachd 2>/dev/null || true; fi
+for file in "$unit" "$sysusers" "$tmpfiles" "$udev"; do
+  rm -f "$destdir$file" && echo "  removed $destdir$file"
+done
+if [ "$(readlink "$destdir$command" || true)" = "$prefix/bin/longreach" ]; then
+  rm "$destdir$command" && echo "  removed $destdir$command"
+fi
+rm -rf "$destdir$prefix" && echo "  removed $destdir$prefix"
+if [ -z "$destdir" ]; then
+  rm -rf /var/cache/longreach # compiled kernels, of no use to anybody else
+  if systemd_runs; then systemctl daemon-reload; fi
+fi
+echo "Kept: /etc/longreach, $network, $link, /var/log/longreach and the user longreach, who owns the logs."
