@@ -72,6 +72,7 @@ def test_inputs_are_the_counts_of_the_module(pair: Pair) -> None:
     assert all(sample.quality == Quality.GOOD for sample in samples)
 
 
+@pytest.mark.device_clock
 def test_the_module_takes_its_error_values_when_the_loop_stops(pair: Pair) -> None:
     node, driver = pair
     driver.activate()
@@ -115,6 +116,7 @@ def test_a_silent_module_is_told_about_when_made_safe(pair: Pair) -> None:
         driver.activate()
 
 
+@pytest.mark.device_clock
 def test_proof_of_the_error_values(pair: Pair) -> None:
     node, driver = pair
     results = driver.prove_safe_state()
@@ -138,6 +140,7 @@ def wired(bench: NodeBench, kind: type[IoNode] = IoNode) -> Pair:
     return node, driver
 
 
+@pytest.mark.device_clock
 def test_proof_with_a_wire_from_output_to_input_measures_the_voltage(bench: NodeBench) -> None:
     _, driver = wired(bench)
     results = driver.prove_safe_state()
@@ -146,6 +149,7 @@ def test_proof_with_a_wire_from_output_to_input_measures_the_voltage(bench: Node
     driver.close()
 
 
+@pytest.mark.device_clock
 def test_a_module_that_keeps_its_voltage_fails_the_proof(bench: NodeBench) -> None:
     """It says all the right things and goes on driving the valve: only the wire shows it."""
     node, driver = wired(bench, KeepsItsVoltage)
@@ -156,6 +160,7 @@ def test_a_module_that_keeps_its_voltage_fails_the_proof(bench: NodeBench) -> No
     driver.close()
 
 
+@pytest.mark.device_clock
 def test_a_broken_wire_is_no_proof(bench: NodeBench) -> None:
     node, driver = wired(bench)
     node.wired = {}

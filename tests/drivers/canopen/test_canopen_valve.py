@@ -171,6 +171,7 @@ def test_an_idle_valve_is_told_to_stay_safe_in_every_cycle(pair: Pair) -> None:
     assert node.words == [0b001] * 5
 
 
+@pytest.mark.device_clock
 def test_the_valve_goes_safe_by_itself_when_the_loop_stops(pair: Pair) -> None:
     """Nobody calls the driver any more: the device's own supervision acts within its time-out."""
     node, driver = pair
@@ -183,6 +184,7 @@ def test_the_valve_goes_safe_by_itself_when_the_loop_stops(pair: Pair) -> None:
     assert node.spool == 0
 
 
+@pytest.mark.device_clock
 def test_proof_of_the_safe_state(pair: Pair) -> None:
     node, driver = pair
     results = driver.prove_safe_state()
@@ -198,6 +200,7 @@ def test_proof_of_the_safe_state(pair: Pair) -> None:
     assert node.device_state == "ACTIVE"
 
 
+@pytest.mark.device_clock
 @pytest.mark.parametrize("reaction", [0, 1])
 def test_a_valve_that_ignores_the_loss_of_its_master_fails_the_proof(bench: NodeBench, reaction: int) -> None:
     node = ValveNode(bench, 11)
@@ -212,6 +215,7 @@ def test_a_valve_that_ignores_the_loss_of_its_master_fails_the_proof(bench: Node
     driver.close()
 
 
+@pytest.mark.device_clock
 def test_a_sticking_spool_fails_the_proof(pair: Pair) -> None:
     node, driver = pair
     node.sticky_spool = True
@@ -220,6 +224,7 @@ def test_a_sticking_spool_fails_the_proof(pair: Pair) -> None:
     assert "not proven, the spool did not open to 10 % (state ACTIVE, spool 26.4 %)" in result.text
 
 
+@pytest.mark.device_clock
 def test_the_state_alone_can_be_proven(bench: NodeBench) -> None:
     """Without pilot pressure the spool cannot open."""
     node = ValveNode(bench, 11)
