@@ -1,9 +1,20 @@
-"""The whole search as one call: logs and a rig file in, a verdict with its evidence and an improved rig file out."""
+"""The whole search as one call: logs and a rig file in, a verdict with its evidence and an improved rig file out.
+
+On files, with findings.json, rig.yaml and report.html written to a folder:
+
+    find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: Path, tell: Tell, settings: Settings) -> Found
+
+On logs in memory, nothing written:
+
+    search_gap(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], tell: Tell, settings: Settings) -> Found
+
+`Found.content` is findings.json as a dictionary. `tell` takes progress lines. For many searches side by side give
+`Settings(workers=1, propose=False)` and a process to each search.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +26,8 @@ from gap.candidates import candidates
 from gap.data_check import DataProblem, censored, check, refuse_pairing, same_maneuver
 from gap.findings import as_text, constants, document, finding, not_seen
 from gap.fit import Evaluation, Fit, costing, evaluate, fit, mean_cost, unfitted
-from gap.localise import Place, localise
+from gap.found import Found
+from gap.localise import localise
 from gap.measured import Array, Measured, load
 from gap.model import Model
 from gap.model_file import improved, moved, width_key
@@ -25,35 +37,19 @@ from gap.nuisance import nuisances
 from gap.report import write_report
 from gap.screen import screen
 from gap.select import FLOOR, Search, Trial, search
+from gap.settings import Settings
 from gap.verdict import Verdict, channel_rms, confidence, verdict
 from gap.windows import Experiment, default_window_s, prepare
 
+DEFAULTS = Settings()
 ALIKE = 1.03  # ratio of hold-out costs up to which the model with fewer changes is preferred
 Tell = Callable[[str], None]
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
-    """Everything a report needs. Costs in noise floors, on the hold-out."""
-
-    rig: LoadedRig
-    channels: list[str]
-    state: Search
-    nominal: tuple[Evaluation, ...]
-    refitted: tuple[Evaluation, ...]
-    final: tuple[Evaluation, ...]
-    half_width: Array
-    verdict: Verdict
-    places: list[Place]
-    problems: list[DataProblem]
-    improved_text: str
-    content: dict[str, Any]
-
-
-def find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: Path, tell: Tell, window_s: float | None = None) -> Found:
+def find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: Path, tell: Tell, settings: Settings = DEFAULTS) -> Found:
     """Search and write findings.json, rig.yaml and report.html into `out`. LogError (exit 3) for unusable data."""
     loaded = load_rig(rig)
-    found = search_gap(loaded, [load(p, loaded.rig) for p in logs], [load(p, loaded.rig) for p in holdouts], tell, window_s)
+    found = search_gap(loaded, [load(p, loaded.rig) for p in logs], [load(p, loaded.rig) for p in holdouts], tell, settings)
     out.mkdir(parents=True, exist_ok=True)
     (out / "findings.json").write_text(as_text(found.content))
     (out / "rig.yaml").write_text(found.improved_text)
@@ -63,7 +59,7 @@ def find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: P
 
 
 def search_gap(
-    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], tell: Tell, window_s: float | None = None
+    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], tell: Tell, settings: Settings = DEFAULTS
 ) -> Found:
     """The search on logs in memory."""
     if loaded.rig.plant is None:
@@ -73,13 +69,13 @@ def search_gap(
     problems += [_repeat(b) for a in fit_logs for b in holdout_logs if same_maneuver(a, b)]
     for problem in problems:
         tell(f"warning: {problem.text()}")
-    names, experiments, held = _experiments(loaded, fit_logs, holdout_logs, window_s or default_window_s(loaded.rig))
+    names, experiments, held = _experiments(loaded, fit_logs, holdout_logs, settings)
     free = nuisances(loaded, frozenset(names))
     model = Model(loaded.rig, free, np.array([item.start for item in free]))
     tell(f"{len(names)} channels, {sum(e.windows for e in experiments)} + {sum(e.windows for e in held)} windows, {len(free)} constants")
     state, nominal, refitted = _started(model, experiments, held, frozenset(names), tell)
     search(state, tell)
-    return _concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], tell)
+    return _concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], settings, tell)
 
 
 def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
@@ -98,7 +94,7 @@ def _repeat(log: Measured) -> DataProblem:
 
 
 def _experiments(
-    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], window_s: float
+    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], settings: Settings
 ) -> tuple[list[str], list[Experiment], list[Experiment]]:
     """Channels that every log has, cut into windows."""
     every = [*fit_logs, *holdout_logs]
@@ -110,7 +106,8 @@ def _experiments(
         if all(name in log.channels and not censored(log.channels[name], sensors[name].low, sensors[name].high) for log in every)
     ]
     sigma = noise_floors(every, loaded.rig)
-    cut = [prepare(log, loaded.rig, sigma, window_s, names) for log in every]
+    window_s = settings.window_s or default_window_s(loaded.rig)
+    cut = [prepare(log, loaded.rig, sigma, window_s, names, settings.workers) for log in every]
     return names, cut[: len(fit_logs)], cut[len(fit_logs) :]
 
 
@@ -138,6 +135,7 @@ def _concluded(
     refitted: tuple[Evaluation, ...],
     problems: list[DataProblem],
     logs: Sequence[Measured],
+    settings: Settings,
     tell: Tell,
 ) -> Found:
     before, refit = mean_cost(nominal), mean_cost(refitted)
@@ -166,7 +164,7 @@ def _concluded(
         "parameters": constants(state.current.model, half_width),
         "gap": gap,
         "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),
-        "next_maneuver": _next(loaded, state, word, tell),
+        "next_maneuver": _next(loaded, state, word, tell) if settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
     }
     found = [finding(state, step, lean, widths, word) for step in state.steps]

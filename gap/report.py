@@ -5,16 +5,14 @@ from __future__ import annotations
 import difflib
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gap import plots
+from gap.found import Found
 from gap.localise import operating_values
 from gap.measured import Array
-
-if TYPE_CHECKING:
-    from gap.find import Found
 
 _STYLE = """body{font:15px/1.45 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}
 table{border-collapse:collapse;margin:.5em 0}td,th{border:1px solid #ccc;padding:.25em .6em;text-align:left;font-size:13px}

@@ -6,7 +6,6 @@ e − J₀ ŝ and the residual of the prior, ŝ = (J₀ᵀJ₀ + S₀⁻¹)⁻¹
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -27,7 +26,6 @@ SLOPE_SPAN_S = 0.03  # span of the local parabola that gives velocities at a win
 BURN_IN_S = 0.3  # the carried states forget how the simulation was started
 LEAST_WINDOWS = 6
 _HUGE = 1e6  # a residual that leaves no doubt
-_WORKERS = min(os.cpu_count() or 1, 8)
 
 # Standard deviation of each state at a window's start, and by how much it is moved for its sensitivity. Positions and velocities come
 # from the measurement; pressures, friction and modes are the model's own, disturbed by that correction.
@@ -54,6 +52,7 @@ class Experiment:
     sigma: Array  # noise of each channel
     velocity_sd: Mapping[int, float]  # of each slot, at a window's start
     warmer_K: float  # oil at the log's start against the rig file
+    workers: int = 1  # threads that simulate
 
     @property
     def windows(self) -> int:
@@ -84,7 +83,7 @@ def default_window_s(rig: Rig) -> float:
     return 0.4 if rig.arm.kind == "rotary_prismatic" else 0.2
 
 
-def prepare(log: Measured, rig: Rig, sigma: Mapping[str, float], window_s: float, channels: Sequence[str]) -> Experiment:
+def prepare(log: Measured, rig: Rig, sigma: Mapping[str, float], window_s: float, channels: Sequence[str], workers: int = 1) -> Experiment:
     """Cut one log into adjoining windows; windows with missing rows are left out. LogError when too few remain."""
     rows = max(round(window_s / log.period_s), 8)
     every = max(round(1 / (SAMPLE_RATE_HZ * log.period_s)), 1)
@@ -102,12 +101,14 @@ def prepare(log: Measured, rig: Rig, sigma: Mapping[str, float], window_s: float
     plan = WindowPlan(_slot_commands(log, rig, parameters), starts, rows, every, log.period_s, _targets(log, parameters))
     columns = tuple(parameters.sensors[name] for name in channels)
     noise = np.array([sigma[name] for name in channels])
-    return Experiment(log, plan, _rest(log, rig), columns, measured, noise, _velocity_sd(log, sigma, parameters), _warmer(log, rig))
+    return Experiment(
+        log, plan, _rest(log, rig), columns, measured, noise, _velocity_sd(log, sigma, parameters), _warmer(log, rig), workers
+    )
 
 
 def simulate(experiment: Experiment, vectors: Sequence[Vector]) -> list[Array]:
     """Readings of every parameter vector, windows × samples × channels each."""
-    with ThreadPoolExecutor(_WORKERS) as pool:
+    with ThreadPoolExecutor(experiment.workers) as pool:
         return list(pool.map(lambda p: _readings(experiment, p), vectors))
 
 
@@ -122,7 +123,7 @@ def marginalised(experiment: Experiment, p: Vector) -> Projection:
     p = _warmed(experiment, p)
     base, kept = carry(experiment.start, p, experiment.plan, keep=True)
     states = start_states(p, experiment)
-    with ThreadPoolExecutor(_WORKERS) as pool:
+    with ThreadPoolExecutor(experiment.workers) as pool:
         moved = list(pool.map(lambda s: restart(kept, p, experiment.plan, s.number, s.sd), states))
     there = np.isfinite(experiment.measured)
     columns = [np.where(there, ((m - base)[:, :, experiment.columns]) / experiment.sigma, 0.0) for m in moved]

@@ -68,9 +68,10 @@ def teller(quiet: bool) -> Callable[[str], None]:
 
 def _find(arguments: argparse.Namespace) -> int:
     from gap.find import find  # slow to import; the other commands do without
+    from gap.settings import Settings
 
     tell = teller(False)
-    found = find(arguments.rig, arguments.log, arguments.holdout, arguments.out, tell, arguments.window)
+    found = find(arguments.rig, arguments.log, arguments.holdout, arguments.out, tell, Settings(window_s=arguments.window))
     print(json.dumps(found.content) if arguments.json else summary(found.content, arguments.out))
     return 0
 

@@ -1,0 +1,20 @@
+"""How a search is run; none of it changes what counts as a finding."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+# Processors this process may use, at most 8: windows are too few to keep more busy.
+PROCESSORS = min(len(os.sched_getaffinity(0)), 8)
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """`window_s`: length of the windows compared (default: by the kind of arm). `workers`: threads of the simulations (1 where many
+    searches run beside each other). `propose`: whether look-alikes get a maneuver that would separate them, which simulates several.
+    """
+
+    window_s: float | None = None
+    workers: int = PROCESSORS
+    propose: bool = True
