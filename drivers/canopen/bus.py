@@ -19,6 +19,7 @@ import can
 
 from config.canopen_options import CanBus
 from config.errors import DriverError
+from config.multicast import refuse_leaking_multicast
 
 SYNC_ID = 0x080
 HEARTBEAT_ID = 0x700
@@ -219,6 +220,8 @@ def release(bus: CanopenBus) -> None:
 
 
 def _open(settings: CanBus) -> can.BusABC:
+    if settings.interface == "udp_multicast":
+        refuse_leaking_multicast(settings.channel)
     # The bit rate of a SocketCAN interface is set by the network configuration; python-can ignores it there.
     options: dict[str, Any] = {"interface": settings.interface, "channel": settings.channel, "bitrate": int(settings.bitrate)}
     try:

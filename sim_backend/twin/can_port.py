@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import ipaddress
-import subprocess
-
 import can
 
 from config.errors import PlantError
-
-MULTICAST_GROUP = "239.74.163.2"
+from config.multicast import refuse_leaking_multicast
 
 
 class CanPort:
@@ -45,20 +41,3 @@ class CanPort:
 
     def close(self) -> None:
         self._bus.shutdown()
-
-
-def refuse_leaking_multicast(group: str) -> None:
-    """Frames of udp_multicast follow the default route: refuse unless they stay on the loopback device.
-
-    Raises PlantError naming the device the kernel would use.
-    """
-    try:
-        is_multicast = ipaddress.IPv4Address(group).is_multicast
-    except ValueError as error:
-        advice = f"Use an IPv4 multicast group such as {MULTICAST_GROUP}."
-        raise PlantError("the channel of udp_multicast is no IPv4 group", value=group, next_step=advice) from error
-    route = subprocess.run(["ip", "-4", "route", "get", group], capture_output=True, text=True, check=False)
-    if not is_multicast or " dev lo " not in f"{route.stdout} ":
-        value = (route.stdout or route.stderr).split("\n")[0].strip()
-        advice = "Run in a network namespace: ip netns add N; ip -n N link set lo up multicast on; ip -n N route add 224.0.0.0/4 dev lo"
-        raise PlantError("udp_multicast frames would leave this machine", value=value, limit="dev lo", where=group, next_step=advice)

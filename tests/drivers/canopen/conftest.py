@@ -1,8 +1,7 @@
-"""Paths of the shared contract test, and the guard that keeps CAN frames from leaving the machine."""
+"""Paths of the shared contract test, and a bus whose frames stay on this machine."""
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +12,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from local_nodes import NodeBench
 
-MULTICAST_GROUP = "239.74.163.2"
+from config.errors import ConfigError
+from config.multicast import EXAMPLE_GROUP, refuse_leaking_multicast
 
 
 @pytest.fixture
@@ -27,10 +27,7 @@ def bench(request: pytest.FixtureRequest) -> Iterator[NodeBench]:
 def multicast_channel() -> str:
     """The channel of a udp_multicast bus; skips unless the kernel would send its frames to the loopback device only."""
     try:
-        route = subprocess.run(["ip", "-4", "route", "get", MULTICAST_GROUP], capture_output=True, text=True, check=False)
-    except FileNotFoundError:
-        pytest.skip("no `ip` command: cannot see where multicast frames would go")
-    if " dev lo " not in f"{route.stdout} ":
-        seen = (route.stdout or route.stderr).strip()
-        pytest.skip(f"udp_multicast frames would leave this machine: {seen!r}; run in a namespace with a multicast route on lo")
-    return MULTICAST_GROUP
+        refuse_leaking_multicast(EXAMPLE_GROUP)
+    except ConfigError as leak:
+        pytest.skip(str(leak))
+    return EXAMPLE_GROUP

@@ -5,12 +5,15 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import can
 import pytest
 
 from config.canopen_options import CanBus
+from config.errors import ConfigError
+from config.multicast import EXAMPLE_GROUP
 from drivers.canopen.bus import acquire, release
 
 NAMESPACE = ["unshare", "--net", "sh", "-c"]
@@ -34,9 +37,26 @@ def test_frames_cross_a_multicast_bus(multicast_channel: str) -> None:
     release(bus)
 
 
-def in_namespace(preparation: str) -> str:
-    """What pytest says about the test above in a namespace of its own."""
-    test = f"{Path(__file__).name}::{test_frames_cross_a_multicast_bus.__name__}"
+def test_a_bus_whose_frames_would_leave_is_never_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where they would stay this test has nothing to show, and is skipped."""
+    way = subprocess.run(["ip", "-4", "route", "get", EXAMPLE_GROUP], capture_output=True, text=True, check=False).stdout
+    if " dev lo " in way:
+        pytest.skip("multicast stays on lo here")
+    opened: list[object] = []
+    monkeypatch.setattr(can, "Bus", lambda **options: opened.append(options))
+    with pytest.raises(ConfigError, match=r"udp_multicast frames would leave this machine.*ip netns add"):
+        acquire(CanBus.model_validate({"interface": "udp_multicast", "channel": EXAMPLE_GROUP}), 0.02)
+    assert not opened
+
+
+def test_a_channel_that_is_no_group_is_refused_by_name() -> None:
+    with pytest.raises(ConfigError, match=r"no IPv4 group: can0"):
+        acquire(CanBus.model_validate({"interface": "udp_multicast", "channel": "can0"}), 0.02)
+
+
+def in_namespace(preparation: str, wanted: Callable[..., None]) -> str:
+    """What pytest says about a test of this file in a namespace of its own."""
+    test = f"{Path(__file__).name}::{wanted.__name__}"
     command = f"{preparation} && cd {Path(__file__).parent} && {sys.executable} -m pytest -q -p no:cacheprovider {test}"
     try:
         done = subprocess.run([*NAMESPACE, command], capture_output=True, text=True, timeout=120, check=False, cwd=ROOT)
@@ -48,8 +68,8 @@ def in_namespace(preparation: str) -> str:
 
 
 def test_in_a_namespace_with_a_route_on_loopback_frames_cross() -> None:
-    assert "1 passed" in in_namespace(ROUTE)
+    assert "1 passed" in in_namespace(ROUTE, test_frames_cross_a_multicast_bus)
 
 
 def test_without_that_route_the_bus_is_never_opened() -> None:
-    assert "1 skipped" in in_namespace("ip link set lo up")
+    assert "1 passed" in in_namespace("ip link set lo up", test_a_bus_whose_frames_would_leave_is_never_opened)
