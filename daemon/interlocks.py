@@ -13,7 +13,7 @@ from daemon.plausibility import plausibility_checks
 from drivers.contract import Quality
 from recording.fields import field_of_signal
 
-RECORDER_AGE_LIMIT_S = 1.0  # ten of its flush periods
+RECORDER_AGE_LIMIT_S = 1.0  # ten of its sync periods
 SUPPLY_LOST = 0.5  # of the least supply pressure: less is not low pressure but none
 SUPERVISOR_AGE_LIMIT_S = 2.0
 _UNITS = {"angle": "rad", "length": "m", "pressure": "Pa", "temperature": "degC", "acceleration": "m/s^2"}

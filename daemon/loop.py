@@ -172,7 +172,7 @@ class ControlLoop:
         mode = keeper.step(values, event, overruns.missed_periods)
         if mode is not before:
             self._mode_changed(before, mode)
-        self._span.stand_by(mode, self._controller)
+        self._span.renew(mode, self._controller)
 
     def _mode_changed(self, before: Mode, mode: Mode) -> None:
         """Recording and outputs follow the mode."""

@@ -64,10 +64,10 @@ class Recorder:
         elif kind == Kind.CLOSE:
             self.close(stamp_ns, json.loads(data))
 
-    def flush(self) -> None:
-        """Everything so far is with the operating system."""
+    def sync(self) -> None:
+        """Everything so far is on the disk: neither a kill nor a loss of power takes it away."""
         if self._writer is not None:
-            self._writer.flush()
+            self._writer.sync()
 
     def close(self, stamp_ns: int, closing: Mapping[str, str]) -> None:
         """End the recording, if there is one, with these closing entries."""

@@ -1,4 +1,4 @@
-"""The process that writes logs: drains the ring, flushes every 100 ms, reports its health. python -m daemon.recorder_process < SPEC.
+"""The process that writes logs: drains the ring, syncs every 100 ms, reports its health. python -m daemon.recorder_process < SPEC.
 
 It outlives the others: when the supervisor or the control process dies, it writes what is in the ring, closes the file and ends.
 """
@@ -18,7 +18,7 @@ from daemon.recorder import Recorder, Session
 from daemon.ring import Record
 
 POLL_S = 0.005
-FLUSH_S = 0.1
+SYNC_S = 0.1
 
 
 class RecorderProcess:
@@ -30,7 +30,7 @@ class RecorderProcess:
         self._failed = False
         self._told_path = ""
         self._stamp_ns = 0
-        self._next_flush = 0.0
+        self._next_sync = 0.0
         self.asked_to_end = False
 
     def on_signal(self, number: int, frame: object) -> None:
@@ -48,8 +48,8 @@ class RecorderProcess:
                 break
             else:
                 time.sleep(POLL_S)
-            if time.monotonic() >= self._next_flush:
-                self._flush()
+            if time.monotonic() >= self._next_sync:
+                self._sync()
         self._guarded_close()
         self._report()
 
@@ -62,10 +62,10 @@ class RecorderProcess:
         except (LogError, ValueError) as error:
             self._fail(error)
 
-    def _flush(self) -> None:
-        self._next_flush = time.monotonic() + FLUSH_S
+    def _sync(self) -> None:
+        self._next_sync = time.monotonic() + SYNC_S
         try:
-            self._recorder.flush()
+            self._recorder.sync()
         except LogError as error:
             self._fail(error)
         self._report()

@@ -1,7 +1,8 @@
 """When a recording begins and ends.
 
-One covers the time from arming until the outputs no longer act, and a little longer after a fault. Between these, where the daemon
-runs as a service, the rows go on in standby recordings, cut every ten minutes, of which the recorder keeps only the newest.
+One covers the time from arming until the outputs no longer act, and a little longer after a fault; a long one is cut between two runs,
+because a file's index grows with it and because a file is what gets sent. Between these, where the daemon runs as a service, the rows
+go on in standby recordings, cut every ten minutes, of which the recorder keeps only the newest.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from daemon.timing import Timing, passport
 
 FAULT_TAIL_S = 2.0
 STANDBY_S = 600.0  # length of one standby recording
+ARMED_S = 1800.0  # an armed recording is cut when the arm holds still after this
 OUTPUTS_ACT = (Mode.ARMING, Mode.HOLDING, Mode.RUNNING, Mode.STOPPING)
 
 
@@ -33,31 +35,34 @@ class RecordingSpan:
         self._loop_facts = dict(loop_facts)
         self._standby = standby
         self._in_standby = False
-        self._standby_left = 0  # cycles
+        self._left = 0  # cycles until this recording is cut
         self._tail = 0
         self._mark()
 
     def open(self, controller: ControllerPort) -> None:
         """Call in the first cycle of arming, before the controller steps: its state now is what re-execution starts from."""
-        self.close("armed")
-        self._standby_left = 0
-        self._open("armed", controller)
+        self._open("armed", ARMED_S, controller)
 
-    def stand_by(self, mode: Mode, controller: ControllerPort) -> None:
-        """Once a cycle, before the controller steps: see to it that the row of this cycle has a recording."""
-        if not self._standby or mode in OUTPUTS_ACT:
+    def renew(self, mode: Mode, controller: ControllerPort) -> None:
+        """Once a cycle, before the controller steps: see to it that the row of this cycle has a recording, and not too long a one."""
+        self._left -= 1
+        if self._left >= 0:
             return
-        self._standby_left -= 1
-        if self._standby_left < 0 and (not self._log.recording or self._in_standby):
-            self.close("ten minutes are over")
-            self._standby_left = round(STANDBY_S * self._rate_Hz)
-            self._open("standby", controller)
+        if mode is Mode.HOLDING:
+            self._open("armed", ARMED_S, controller)
+        elif self._standby and mode not in OUTPUTS_ACT and (not self._log.recording or self._in_standby):
+            self._open("standby", STANDBY_S, controller)
 
-    def _open(self, span: str, controller: ControllerPort) -> None:
+    def _open(self, span: str, length_s: float, controller: ControllerPort) -> None:
+        self.close("continued in the next recording" if self._in_span(span) else "armed")
         self._in_standby = span == "standby"
+        self._left = round(length_s * self._rate_Hz)
         self._mark()
         self._timing.clear()
         self._log.open(controller.snapshot(), {"span": span, **self._loop_facts})
+
+    def _in_span(self, span: str) -> bool:
+        return self._log.recording and self._in_standby == (span == "standby")
 
     def mode_changed(self) -> None:
         self._tail = round(FAULT_TAIL_S * self._rate_Hz)
@@ -72,7 +77,7 @@ class RecordingSpan:
             self._tail -= 1
             return False
         self.close("fault" if mode is Mode.FAULT else "disarmed")
-        self._standby_left = 0
+        self._left = 0
         return True
 
     def close(self, ended_by: str) -> None:

@@ -102,6 +102,7 @@ class _WholeWrites:
         except OSError as error:
             raise self._refusal(error) from error
         self._length = 0
+        self._sync_name()
 
     def write(self, data: bytes) -> int:
         view, written = memoryview(data), 0
@@ -129,6 +130,14 @@ class _WholeWrites:
 
     def close(self) -> None:
         os.close(self._descriptor)
+
+    def _sync_name(self) -> None:
+        """A synced file whose directory entry is not on the disk is lost all the same."""
+        directory = os.open(self._path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            os.fsync(directory)
+        finally:
+            os.close(directory)
 
     def _refusal(self, error: OSError) -> LogError:
         if isinstance(error, FileExistsError):

@@ -8,10 +8,13 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from rigs import RIG
+import pytest
+from rigs import JOG, RIG, simple_rig
 from running_daemon import RunningDaemon, arm, until
 
+from control.signals import Mode
 from daemon.log_stream import Kind
+from daemon.modes import Event
 from daemon.recorder import KEPT_STANDBY, Recorder, Session
 from recording.reader import read_log
 from recording.replay import reexecute
@@ -50,3 +53,24 @@ def test_old_standby_recordings_make_room_and_armed_ones_stay(tmp_path: Path) ->
     assert len(standby) == KEPT_STANDBY
     assert standby[-1] == max(standby)
     assert len(names) - len(standby) == KEPT_STANDBY + 3
+
+
+def test_a_long_armed_recording_is_cut_between_runs_and_every_part_re_executes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("daemon.recording_span.ARMED_S", 0.5)
+    with simple_rig(tmp_path) as (rig, _):
+        rig.arm()
+        for _ in range(2):  # the first cut falls into this run and waits for its end
+            rig.start(JOG)
+            rig.until(lambda: rig.mode is Mode.RUNNING, 3.0)
+            rig.until(lambda: rig.mode is Mode.HOLDING, 20.0)
+            rig.cycles(700)
+        rig.post(Event.DISARM)
+        rig.until(lambda: rig.mode is Mode.DISARMED, 3.0)
+    logs = [read_log(path) for path in rig.recorder.finished]
+    armed = [log for log in logs if log.metadata["recording"]["span"] == "armed"]
+    assert len(armed) >= 4
+    for first, second in pairwise(armed):
+        assert first.columns["cycle"][-1] + 1 == second.columns["cycle"][0]
+        assert first.metadata["closing"]["ended_by"] == "continued in the next recording"
+        assert second.columns["mode"][0] == Mode.HOLDING
+    assert all(reexecute(log.path).identical for log in armed)
