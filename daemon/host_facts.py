@@ -9,6 +9,8 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+COMMIT_OF_INSTALLATION = Path(__file__).with_name("commit.txt")
+
 
 @cache
 def software() -> dict[str, str]:
@@ -31,7 +33,9 @@ def host() -> dict[str, str]:
 
 
 def _commit() -> str:
-    """The commit of this checkout, with + when files differ from it; "unknown" for an installed package."""
+    """The commit of this checkout, with + when files differ from it, or what systemd/install.sh wrote down of its own; else "unknown"."""
+    if COMMIT_OF_INSTALLATION.exists():
+        return _text(str(COMMIT_OF_INSTALLATION))
     command = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*"]
     try:
         found = subprocess.run(command, capture_output=True, text=True, timeout=5, check=False)

@@ -65,6 +65,9 @@ build_environment() {
   mkdir -p "$(dirname "$new")" "$work/source"
   tar -C "$here/.." --exclude=./.venv --exclude=./.git --exclude=./build --exclude='*.egg-info' --exclude=__pycache__ -cf - . |
     tar -C "$work/source" -xf -
+  # The installed copy has no history to ask; every log names the commit.
+  git -C "$here" describe --always --abbrev=12 --dirty=+ --exclude='*' >"$work/source/daemon/commit.txt" 2>/dev/null ||
+    rm -f "$work/source/daemon/commit.txt"
   if [ -n "$from_venv" ]; then copy_libraries "$new" "$work"; else fetch_libraries "$new" "$work"; fi
   "$new/bin/python" -m compileall -q -j 0 "$new/lib" >/dev/null || true # test files of libraries may be for other Pythons
   say_final_place "$new"

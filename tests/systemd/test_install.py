@@ -135,6 +135,15 @@ def test_staged_copy_is_complete_and_runs_from_elsewhere(staged: Path, tmp_path:
 
 
 @pytest.mark.slow
+def test_an_installed_copy_names_the_commit_it_was_made_from(staged: Path) -> None:
+    line = "from daemon.host_facts import software; print(software()['software_commit'])"
+    answer = subprocess.run([staged / "opt/longreach/bin/python", "-I", "-c", line], capture_output=True, text=True, check=True)
+    head = subprocess.run(["git", "-C", str(CHECKOUT), "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout
+    assert head.startswith(answer.stdout.strip().rstrip("+"))
+    assert len(answer.stdout.strip()) >= 7
+
+
+@pytest.mark.slow
 def test_staged_files_know_nothing_of_the_stage(staged: Path) -> None:
     mentions = subprocess.run(["grep", "-rIlF", str(staged), str(staged)], capture_output=True, text=True, check=False).stdout
     assert mentions == ""
