@@ -12,8 +12,8 @@ set point that could not be sent is dropped, never sent later: the next cycle ha
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from typing import Any, NoReturn
+from collections.abc import Callable, Generator
+from typing import Any, NoReturn, TypeVar
 
 import can
 
@@ -30,6 +30,8 @@ _BUS_OFF, _RESTARTED = 0x040, 0x100  # classes of SocketCAN's error frames
 _UNREADABLE = can.Message(is_error_frame=True)  # counts as an error frame that says nothing
 
 FrameHandler = Callable[[bytearray, int], None]  # data, time of arrival in ns
+T = TypeVar("T")
+Steps = Generator[None, None, T]  # what takes several cycles: one step in each, with SYNC and received frames between them
 
 
 class CanopenBus:
@@ -40,6 +42,7 @@ class CanopenBus:
         self.settings = settings
         self.heartbeat_period_ns = round(1e9 * heartbeat_period_s)
         self.heartbeat_sent_ns = 0
+        self.heartbeat_withheld = False  # on purpose, to see what the devices do
         self._routes: dict[int, FrameHandler] = {}
         self._sync = can.Message(arbitration_id=SYNC_ID, is_extended_id=False)
         self._heartbeat = can.Message(arbitration_id=HEARTBEAT_ID + settings.own_node, is_extended_id=False, data=[OPERATIONAL])
@@ -88,26 +91,18 @@ class CanopenBus:
         """Handle what has come since the last cycle."""
         self._drain(time.monotonic_ns())
 
-    def converse(
-        self, done: Callable[[], bool], limit_s: float, tell: Callable[[], None] | None = None, heartbeat: bool = True
-    ) -> float | None:
-        """SYNC cycles outside the loop until `done()`: the seconds it took, None when `limit_s` was not enough.
-
-        `tell` sends what the devices are to hear in every such cycle. For activation, the safe state and its proof only.
-        """
-        start = time.monotonic_ns()
-        end = start + round(1e9 * limit_s)
-        now = start
-        while now < end:
-            if heartbeat:
-                self._send_heartbeat_if_due(now)
-            if tell is not None:
-                tell()
+    def run(self, steps: Steps[T]) -> T:
+        """Cycles of our own outside the loop, one step in each, to the end of the steps: for activation and the way out only."""
+        while True:
+            started = time.monotonic_ns()
+            self._send_heartbeat_if_due(started)
+            try:
+                next(steps)
+            except StopIteration as end:
+                result: T = end.value
+                return result
             self.send(self._sync)
-            if self._listen(min(now + CONVERSATION_PERIOD_NS, end), done):
-                return (time.monotonic_ns() - start) * 1e-9
-            now = time.monotonic_ns()
-        return None
+            self._listen(started + CONVERSATION_PERIOD_NS)
 
     def shutdown(self) -> None:
         self.can_bus.shutdown()
@@ -126,18 +121,14 @@ class CanopenBus:
         self._cycle_faulty = True
         self._last_error = f"more than {MOST_FRAMES} frames in one cycle"
 
-    def _listen(self, until_ns: int, done: Callable[[], bool]) -> bool:
-        now = time.monotonic_ns()
-        while not done():
-            if now >= until_ns:
-                return False
+    def _listen(self, until_ns: int) -> None:
+        while (now := time.monotonic_ns()) < until_ns:
             message = self._receive((until_ns - now) * 1e-9)
             now = time.monotonic_ns()
             if message is not None:
                 self._dispatch(message, now, time.time_ns() - now)
             elif not self._cycle_faulty:
                 self._emptied_ns = now
-        return True
 
     def _receive(self, timeout_s: float) -> can.Message | None:
         try:
@@ -169,7 +160,9 @@ class CanopenBus:
             self._bus_off = False
 
     def _send_heartbeat_if_due(self, now_ns: int) -> None:
-        if self.heartbeat_period_ns and now_ns >= self._heartbeat_due_ns:
+        if self.heartbeat_withheld or not self.heartbeat_period_ns:
+            return
+        if now_ns >= self._heartbeat_due_ns:
             self._heartbeat_due_ns = now_ns + self.heartbeat_period_ns
             self.heartbeat_sent_ns = now_ns
             self.send(self._heartbeat)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 
 from config.canopen_options import CanopenOptions
 from config.errors import DriverError
-from drivers.canopen.bus import HEARTBEAT_ID, OPERATIONAL, CanopenBus, acquire, release
+from drivers.canopen.bus import HEARTBEAT_ID, OPERATIONAL, CanopenBus, Steps, acquire, release
 from drivers.canopen.node_setup import U16, NodeSetup, Setting
 from drivers.contract import Quality, Sample
 
@@ -19,7 +20,8 @@ class CanopenDevice:
     """Base of the drivers. A subclass says what is written (`_settings`), which frame it listens to, and what a frame means.
 
     `received` counts its frames, `missing` the cycles since the last one, `missed` the cycles in which one was due and did not come,
-    `malformed` its frames that could not be read. `emergency` is the code of the last EMCY (0: none, or over).
+    `malformed` its frames that could not be read, `heard_ns` the arrival of the last one. `emergency` is the code of the last EMCY (0:
+    none, or over).
     """
 
     inputs: tuple[str, ...] = ()
@@ -41,7 +43,7 @@ class CanopenDevice:
         self._read_ns = -1
         self._silence = options.missing_frames * self.every_syncs
         self.missing = self._silence
-        self.received = self.missed = self.malformed = self.emergency = 0
+        self.received = self.missed = self.malformed = self.emergency = self.heard_ns = 0
         self.nmt_state = -1
         self.restarted = False
 
@@ -104,8 +106,9 @@ class CanopenDevice:
         """For subclasses: once a cycle, the quality of the samples."""
         raise NotImplementedError
 
-    def _accept(self) -> None:
+    def _accept(self, stamp_ns: int) -> None:
         self.received += 1
+        self.heard_ns = stamp_ns
         self._fresh = True
 
     def _count_frame(self) -> None:
@@ -116,12 +119,17 @@ class CanopenDevice:
             self.missing += 1
             self.missed += self.missing >= self.every_syncs
 
-    def _answers(self, done: Callable[[], bool], limit_s: float, tell: Callable[[], None]) -> bool:
+    def _answers(self, done: Callable[[], bool], limit_s: float, tell: Callable[[], None]) -> Steps[bool]:
         """Tell the device something until a frame makes `done()` true, but not the one frame that may answer an earlier SYNC."""
-        bus = self._opened()
-        bus.receive_waiting()
+        self._opened().receive_waiting()
         first = self.received + 2
-        return bus.converse(lambda: self.received >= first and done(), limit_s, tell) is not None
+        end = time.monotonic_ns() + round(1e9 * limit_s)
+        while not (self.received >= first and done()):
+            if time.monotonic_ns() > end:
+                return False
+            tell()
+            yield
+        return True
 
     def _frame_quality(self) -> Quality:
         """By the frame's coming alone: one missing frame may be lateness, several are a silent device."""
@@ -133,6 +141,7 @@ class CanopenDevice:
         if len(data) != 1:
             self.malformed += 1
             return
+        self.heard_ns = stamp_ns
         self.nmt_state = data[0] & 0x7F
         if self.nmt_state == _BOOT_UP:
             self.restarted = True
@@ -141,6 +150,7 @@ class CanopenDevice:
         if len(data) != 8:
             self.malformed += 1
             return
+        self.heard_ns = stamp_ns
         self.emergency = data[0] | data[1] << 8
 
     @property

@@ -58,7 +58,7 @@ class EncoderDriver(CanopenDevice):
             return
         self._position.raw, self._speed.raw, self.alarms = _FRAME.unpack(data)
         self._position.stamp_ns = self._speed.stamp_ns = stamp_ns
-        self._accept()
+        self._accept(stamp_ns)
 
     def _assess(self) -> None:
         quality = self._frame_quality()

@@ -9,20 +9,21 @@ Process data use PDO 2, the place the profile gives to analogue values.
 from __future__ import annotations
 
 import struct
-import time
 from collections.abc import Sequence
 
 import can
 
 from config.canopen_options import IoOptions, canopen_options, our_heartbeat_period_s
 from config.rig import Device, Rig
-from drivers.canopen.bus import CONVERSATION_PERIOD_NS, OPERATIONAL
+from drivers.canopen.bus import OPERATIONAL, Steps
 from drivers.canopen.node_setup import AT_ONCE, I16, I32, U8, NodeSetup, Setting, pdo_settings, supervision
-from drivers.canopen.output_device import ACTIVATE_S, OutputDevice
-from drivers.canopen.proof import ProofResult, not_proven, proof
+from drivers.canopen.output_device import ACTIVATE_S, OutputDevice, Silence
+from drivers.canopen.sdo_upload import upload
 from drivers.contract import Quality
+from drivers.proof import ProofResult, not_proven, proof
 
 REACTION_S = 0.03
+SDO_S = 0.2
 _LARGEST = 32767
 _START_NODE = 1
 _USE_ERROR_VALUE, _LEAVE_OPERATIONAL = 1, 0
@@ -53,22 +54,15 @@ class IoDriver(OutputDevice):
         self._message = can.Message(arbitration_id=0x300 + self.node, is_extended_id=False, data=bytes(self._command_frame.size))
         self._start = can.Message(arbitration_id=0, is_extended_id=False, data=[_START_NODE, self.node])
 
-    def prove_safe_state(self) -> list[ProofResult]:
-        """Our heartbeat stops, then our outputs: each time the module must leave OPERATIONAL by itself (see proof.py)."""
-        if not self.outputs:
-            return []
-        return [self._prove("a missed heartbeat", stop_heartbeat=True), self._prove("missing outputs", stop_heartbeat=False)]
+    def _supervised(self) -> Sequence[Silence]:
+        return tuple(Silence)
 
-    def _make_ready(self) -> None:
+    def _make_ready(self) -> Steps[None]:
         """A module that has left OPERATIONAL is started, with 0 V at every output. Inputs alone need no more: their quality tells."""
         if not self.outputs:
             self._opened().send(self._start)
-            return
-        if self._hears_module(ACTIVATE_S, 0):
-            return
-        self._opened().send(self._start)
-        if not self._hears_module(ACTIVATE_S, 0):
-            raise self._error("the module does not become operational", self._seen(), next_step="Check its supply and cable.")
+        elif not (yield from self._hears_module(0)):
+            yield from self._restart(0)
 
     def _command(self, values: Sequence[float]) -> None:
         scale = self._io.counts_per_volt
@@ -115,7 +109,7 @@ class IoDriver(OutputDevice):
             sample.raw = counts
             sample.stamp_ns = stamp_ns
         self.nmt_state = OPERATIONAL  # only an operational node sends process data
-        self._accept()
+        self._accept(stamp_ns)
 
     def _assess(self) -> None:
         quality = self._frame_quality() if self.nmt_state == OPERATIONAL else Quality.BAD
@@ -128,46 +122,46 @@ class IoDriver(OutputDevice):
         self._command_frame.pack_into(self._message.data, 0, *counts)
         self._opened().send(self._message)
 
-    def _hears_module(self, limit_s: float, counts: int) -> bool:
+    def _hears_module(self, counts: int) -> Steps[bool]:
         """Set every output to `counts` until a frame of inputs shows that the module runs."""
         told = [counts] * len(self.outputs)
-        return self._answers(lambda: True, limit_s, lambda: self._tell(told))
+        return self._answers(lambda: True, ACTIVATE_S, lambda: self._tell(told))
 
-    def _prove(self, what: str, stop_heartbeat: bool) -> ProofResult:
-        name = f"{self.name}: outputs safe after {what}"
-        limit_s = self._timeout_s + REACTION_S
-        counts = round(self._io.proof_voltage_V * self._io.counts_per_volt)
-        bus = self._opened()
-        self._restart(counts)
-        if not self._terminals_show(counts):
-            self._restart(0)
-            return not_proven(name, limit_s, f"input and output wired together differ ({self._inputs_text()})")
-        last_sign_ns = bus.heartbeat_sent_ns if stop_heartbeat else time.monotonic_ns() - CONVERSATION_PERIOD_NS
-        told = [counts] * len(self.outputs)
-        tell = (lambda: self._tell(told)) if stop_heartbeat else None
-        self.emergency = 0
-        took = bus.converse(lambda: self.emergency != 0 or self.nmt_state != OPERATIONAL, limit_s, tell, heartbeat=not stop_heartbeat)
-        time_to_safe_s = None if took is None else (time.monotonic_ns() - last_sign_ns) * 1e-9
-        self._read_terminals()
-        seen = f"{self._seen()}{self._inputs_text()}"
-        result = proof(name, time_to_safe_s if self._terminals_show(0) else None, limit_s, seen)
-        self._restart(0)
-        return result
-
-    def _restart(self, counts: int) -> None:
+    def _restart(self, counts: int) -> Steps[None]:
         """Back to OPERATIONAL; the outputs are told `counts`."""
         self._opened().send(self._start)
         self.emergency = 0
-        if not self._hears_module(ACTIVATE_S, counts):
-            raise self._error("the module does not become operational", self._seen())
+        if not (yield from self._hears_module(counts)):
+            raise self._error("the module does not become operational", self._seen(), next_step="Check its supply and cable.")
 
-    def _read_terminals(self) -> None:
+    def _prove(self, silence: Silence) -> Steps[ProofResult]:
+        name = f"{self.name}: outputs safe after {silence}"
+        limit_s = self._timeout_s + REACTION_S
+        counts = round(self._io.proof_voltage_V * self._io.counts_per_volt)
+        told = [counts] * len(self.outputs)
+        yield from self._restart(counts)
+        if (yield from self._answers(lambda: self._terminals_show(counts), ACTIVATE_S, lambda: self._tell(told))):
+            took_s = yield from self._fall_silent(silence, self._has_reacted, limit_s, lambda: self._tell(told))
+            yield from self._read_terminals()
+            result = proof(name, took_s if self._terminals_show(0) else None, limit_s, f"{self._seen()}{self._inputs_text()}")
+        else:
+            result = not_proven(name, limit_s, f"input and output wired together differ ({self._inputs_text()})")
+        yield from self._end_proof()
+        return result
+
+    def _end_proof(self) -> Steps[None]:
+        yield from self._restart(0)
+
+    def _has_reacted(self) -> bool:
+        return self.emergency != 0 or self.nmt_state != OPERATIONAL
+
+    def _read_terminals(self) -> Steps[None]:
         """The inputs of the loopback by SDO, because a module that is not operational sends no frames."""
-        if not self._io.loopback:
-            return
-        with NodeSetup(self._opened().can_bus, self.node, self.name) as setup:
-            for channel in self._io.loopback.values():
-                self._samples[channel - 1].raw = setup.read(_INPUT, channel, I16)
+        for channel in self._io.loopback.values():
+            content = yield from upload(self._opened(), self.node, _INPUT, channel, SDO_S)
+            if len(content) != struct.calcsize(I16):
+                raise self._error(f"input_{channel} has the wrong size", len(content), struct.calcsize(I16), "bytes")
+            (self._samples[channel - 1].raw,) = struct.unpack(I16, content)
 
     def _terminals_show(self, counts: int) -> bool:
         tolerance = 0.1 * self._io.proof_voltage_V * self._io.counts_per_volt

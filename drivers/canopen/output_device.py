@@ -7,16 +7,29 @@ one says that it is, and raise when it does not.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from enum import StrEnum
 from math import isfinite
+from typing import TypeVar
 
 from config.canopen_options import CanopenOptions
 from config.errors import DriverError
+from drivers.canopen.bus import Steps
 from drivers.canopen.device import CanopenDevice
 from drivers.contract import Sample
+from drivers.proof import ProofResult, ProofSteps
 
 ACTIVATE_S = 0.05  # a device takes one or two SYNC periods a state
 CLOSE_S = 0.05
+T = TypeVar("T")
+
+
+class Silence(StrEnum):
+    """What we stop sending."""
+
+    HEARTBEAT = "a missed heartbeat"
+    COMMANDS = "missing set points"
 
 
 class OutputDevice(CanopenDevice):
@@ -29,15 +42,16 @@ class OutputDevice(CanopenDevice):
         self._timeout_s = timeout_s
         self._patience = patience
         self._active = False
+        self._proving = False  # the output is off its safe value on purpose
         self._bad_cycles = 0
         self._confirm_from = 0  # the frame from which on it must say that it is safe; 0: nothing to confirm
 
     def activate(self) -> None:
         """Clears what may be cleared and sees the device ready, its outputs safe. DriverError when it does not get there."""
-        self._opened()
+        bus = self._opened()
         if not self._configured:
             raise self._error("the device is not configured", next_step="Call configure() before activate().")
-        self._make_ready()
+        bus.run(self._make_ready())
         self._bad_cycles = self._confirm_from = self.emergency = 0
         self._active = True
 
@@ -63,18 +77,19 @@ class OutputDevice(CanopenDevice):
 
     def read(self, now_ns: int) -> Sequence[Sample]:
         samples = super().read(now_ns)
-        if self._configured and not self._active:
+        if self._configured and not self._active and not self._proving:
             self._tell_safe()
             self._watch_safe()
         return samples
 
     def safe(self) -> None:
         """Tells the device to be safe. The next reads raise DriverError when it does not say that it is."""
-        was_active, self._active = self._active, False
+        acted = self._active or self._proving
+        self._active = self._proving = False
         if self._bus is None or not self._configured:
             return
         self._tell_safe()
-        if was_active and self.outputs:
+        if acted and self.outputs:
             self._bad_cycles = 0
             self._confirm_from = self.received + 2  # one frame may be on its way that answers an earlier SYNC
 
@@ -82,11 +97,46 @@ class OutputDevice(CanopenDevice):
         """safe(), waits until the device says that it is, and gives the bus back. DriverError when it does not."""
         try:
             self.safe()
-            if self._confirm_from and not self._answers(self._is_safe, CLOSE_S, self._tell_safe):
+            if self._confirm_from and not self._opened().run(self._answers(self._is_safe, CLOSE_S, self._tell_safe)):
                 raise self._not_confirmed()
         finally:
             self._confirm_from = 0
             super().close()
+
+    def prove_safe_state(self) -> ProofSteps:
+        """We fall silent in each way that the device supervises; each time it must go safe by itself (see drivers.proof)."""
+        if not self.outputs:
+            return
+        for silence in self._supervised():
+            yield (yield from self._undisturbed(self._prove(silence)))
+        yield from self._undisturbed(self._end_proof())  # the proofs of others on the bus have disturbed it
+
+    def _undisturbed(self, steps: Steps[T]) -> Steps[T]:
+        """The steps, in which nobody else tells the device to be safe."""
+        bus = self._opened()
+        self._proving = True
+        try:
+            result = yield from steps
+        finally:
+            bus.heartbeat_withheld = False
+        self._proving = False
+        return result
+
+    def _fall_silent(self, silence: Silence, reacted: Callable[[], bool], limit_s: float, tell: Callable[[], None]) -> Steps[float | None]:
+        """The seconds from our last sign of life to the frame that shows the device's reaction; None when it does not come."""
+        bus = self._opened()
+        bus.heartbeat_withheld = silence is Silence.HEARTBEAT
+        last_sign_ns = bus.heartbeat_sent_ns if bus.heartbeat_withheld else time.monotonic_ns()
+        give_up_ns = last_sign_ns + round(2e9 * limit_s)
+        if not bus.heartbeat_withheld:
+            tell()
+        while not reacted():
+            if time.monotonic_ns() > give_up_ns:
+                return None
+            if bus.heartbeat_withheld:
+                tell()
+            yield
+        return (self.heard_ns - last_sign_ns) * 1e-9
 
     def _watch_safe(self) -> None:
         if not self._confirm_from:
@@ -102,8 +152,20 @@ class OutputDevice(CanopenDevice):
         next_step = f"Its own supervision acts {1e3 * self._timeout_s:.0f} ms after our last frame: take the pressure off."
         return self._error("the device did not confirm that it is safe", self._trouble(), next_step=next_step)
 
-    def _make_ready(self) -> None:
+    def _make_ready(self) -> Steps[None]:
         """For subclasses: bring the device to the state from which the first write acts."""
+        raise NotImplementedError
+
+    def _supervised(self) -> Sequence[Silence]:
+        """For subclasses: the silences of ours that the device supervises."""
+        raise NotImplementedError
+
+    def _prove(self, silence: Silence) -> Steps[ProofResult]:
+        """For subclasses: open the output a little, fall silent, watch, and make it safe again."""
+        raise NotImplementedError
+
+    def _end_proof(self) -> Steps[None]:
+        """For subclasses: no fault is left, and the output is safe."""
         raise NotImplementedError
 
     def _command(self, values: Sequence[float]) -> None:

@@ -7,14 +7,13 @@ valve's own is reset once, by activate(), because that is what an operator asked
 from __future__ import annotations
 
 import struct
-import time
 from collections.abc import Sequence
 
 import can
 
 from config.canopen_options import ValveOptions, canopen_options, our_heartbeat_period_s
 from config.rig import Device, Rig
-from drivers.canopen.bus import CONVERSATION_PERIOD_NS
+from drivers.canopen.bus import Steps
 from drivers.canopen.node_setup import (
     AT_ONCE,
     I8,
@@ -27,10 +26,10 @@ from drivers.canopen.node_setup import (
     pdo_settings,
     supervision,
 )
-from drivers.canopen.output_device import ACTIVATE_S, OutputDevice
-from drivers.canopen.proof import ProofResult, not_proven, proof
+from drivers.canopen.output_device import ACTIVATE_S, OutputDevice, Silence
 from drivers.canopen.valve_states import FAILSAFE, FAULTS, RESET, SAFE, ValveState, control_word, state_of
 from drivers.contract import Quality
+from drivers.proof import ProofResult, not_proven, proof
 
 FULL_SPOOL = 16384  # counts of 100 % (0x6311)
 OPEN_S = 0.2  # to become ACTIVE, and the spool's stroke
@@ -80,17 +79,13 @@ class ValveDriver(OutputDevice):
         setup.switch_off_other_pdos([(True, 1), (False, 1)])
         setup.write(list(supervision(own, self._timeout_s)))
 
-    def prove_safe_state(self) -> list[ProofResult]:
-        """Our heartbeat stops, then our set points: each time the spool must go safe by itself (see proof.py). Leaves the valve safe."""
-        results = [self._prove("a missed heartbeat", stop_heartbeat=True)]
-        if self._valve.deadline:
-            results.append(self._prove("missing set points", stop_heartbeat=False))
-        return results
+    def _supervised(self) -> Sequence[Silence]:
+        return (Silence.HEARTBEAT, Silence.COMMANDS) if self._valve.deadline else (Silence.HEARTBEAT,)
 
-    def _make_ready(self) -> None:
+    def _make_ready(self) -> Steps[None]:
         """A fault of the valve's own is reset, and the valve is in HOLD: the first write can make it ACTIVE."""
-        self._leave_fault()
-        if not self._reach(frozenset((ValveState.HOLD,)), ValveState.HOLD, ACTIVATE_S):
+        yield from self._leave_fault()
+        if not (yield from self._reach(frozenset((ValveState.HOLD,)), ValveState.HOLD, ACTIVATE_S)):
             raise self._error("the valve did not follow", self.state.name, "HOLD", next_step="Read the valve's fault memory.")
 
     def _command(self, values: Sequence[float]) -> None:
@@ -116,7 +111,7 @@ class ValveDriver(OutputDevice):
         self._status.raw = status
         self.state = state_of(status)
         self._spool.stamp_ns = self._status.stamp_ns = stamp_ns
-        self._accept()
+        self._accept(stamp_ns)
 
     def _assess(self) -> None:
         quality = self._frame_quality()
@@ -128,34 +123,29 @@ class ValveDriver(OutputDevice):
         _COMMAND.pack_into(self._message.data, 0, control_word(self.state, wanted) | bits, set_point)
         self._opened().send(self._message)
 
-    def _reach(self, goals: frozenset[ValveState], wanted: ValveState, limit_s: float, bits: int = 0) -> bool:
+    def _reach(self, goals: frozenset[ValveState], wanted: ValveState, limit_s: float, bits: int = 0) -> Steps[bool]:
         """Talk to the valve until it says that it is in one of `goals`; False when it does not get there."""
         return self._answers(lambda: self.state in goals, limit_s, lambda: self._tell(wanted, 0, bits))
 
-    def _leave_fault(self) -> None:
+    def _leave_fault(self) -> Steps[None]:
         """One reset: bit R low, then high. A fault that is still there stays, and the caller sees it."""
-        if not self._reach(frozenset(ValveState), ValveState.DISABLED, ACTIVATE_S):
+        if not (yield from self._reach(frozenset(ValveState), ValveState.DISABLED, ACTIVATE_S)):
             raise self._error("the valve is silent", next_step="Check its supply and cable.")
         if self.state in FAULTS:
-            self._reach(frozenset(ValveState) - FAULTS, ValveState.DISABLED, ACTIVATE_S, RESET)
+            yield from self._reach(frozenset(ValveState) - FAULTS, ValveState.DISABLED, ACTIVATE_S, RESET)
 
-    def _prove(self, what: str, stop_heartbeat: bool) -> ProofResult:
-        name = f"{self.name}: spool safe after {what}"
+    def _prove(self, silence: Silence) -> Steps[ProofResult]:
+        name = f"{self.name}: spool safe after {silence}"
         limit_s = self._timeout_s + REACTION_S
         set_point = round(FULL_SPOOL * self._valve.proof_spool)
         wanted = ValveState.ACTIVE if set_point else self._safe_state
-        bus = self._opened()
-        self._leave_fault()
-        if bus.converse(lambda: self._has_opened(wanted), OPEN_S, lambda: self._tell(wanted, set_point)) is None:
-            why = f"the spool did not open to {100 * self._valve.proof_spool:g} % ({self._seen()})"
-            self._make_safe_after_proof()
-            return not_proven(name, limit_s, why)
-        last_sign_ns = bus.heartbeat_sent_ns if stop_heartbeat else time.monotonic_ns() - CONVERSATION_PERIOD_NS
-        tell = (lambda: self._tell(wanted, set_point)) if stop_heartbeat else None
-        took = bus.converse(self._has_reacted, limit_s, tell, heartbeat=not stop_heartbeat)
-        time_to_safe_s = None if took is None else (time.monotonic_ns() - last_sign_ns) * 1e-9
-        result = proof(name, time_to_safe_s, limit_s, self._seen())
-        self._make_safe_after_proof()
+        yield from self._leave_fault()
+        if (yield from self._answers(lambda: self._has_opened(wanted), OPEN_S, lambda: self._tell(wanted, set_point))):
+            took_s = yield from self._fall_silent(silence, self._has_reacted, limit_s, lambda: self._tell(wanted, set_point))
+            result = proof(name, took_s, limit_s, self._seen())
+        else:
+            result = not_proven(name, limit_s, f"the spool did not open to {100 * self._valve.proof_spool:g} % ({self._seen()})")
+        yield from self._end_proof()
         return result
 
     def _has_opened(self, wanted: ValveState) -> bool:
@@ -170,9 +160,9 @@ class ValveDriver(OutputDevice):
     def _spool_is_at(self, opening: float) -> bool:
         return abs(self._spool.raw / FULL_SPOOL - opening) <= self._valve.spool_tolerance
 
-    def _make_safe_after_proof(self) -> None:
-        self._leave_fault()
-        if not self._reach(SAFE, self._safe_state, ACTIVATE_S):
+    def _end_proof(self) -> Steps[None]:
+        yield from self._leave_fault()
+        if not (yield from self._reach(SAFE - FAULTS, self._safe_state, ACTIVATE_S)):
             raise self._error("the valve did not return to its safe state after the proof", self.state.name, self._safe_state.name)
 
     def _seen(self) -> str:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from canopen_rig import io_module
+from canopen_rig import io_module, proven
 from local_nodes import IoNode, NodeBench
 
 from config.errors import DriverError
@@ -119,7 +119,7 @@ def test_a_silent_module_is_told_about_when_made_safe(pair: Pair) -> None:
 @pytest.mark.device_clock
 def test_proof_of_the_error_values(pair: Pair) -> None:
     node, driver = pair
-    results = driver.prove_safe_state()
+    results = proven(driver)
     assert [result.ok for result in results] == [True, True], [result.text for result in results]
     assert all(0.05 < result.time_to_safe_s <= result.limit_s == pytest.approx(0.09) for result in results)
     assert node.terminals[:2] == [0, 0]
@@ -143,7 +143,7 @@ def wired(bench: NodeBench, kind: type[IoNode] = IoNode) -> Pair:
 @pytest.mark.device_clock
 def test_proof_with_a_wire_from_output_to_input_measures_the_voltage(bench: NodeBench) -> None:
     _, driver = wired(bench)
-    results = driver.prove_safe_state()
+    results = proven(driver)
     assert all(result.ok for result in results), [result.text for result in results]
     assert "input_3 0 counts" in results[0].text
     driver.close()
@@ -153,7 +153,7 @@ def test_proof_with_a_wire_from_output_to_input_measures_the_voltage(bench: Node
 def test_a_module_that_keeps_its_voltage_fails_the_proof(bench: NodeBench) -> None:
     """It says all the right things and goes on driving the valve: only the wire shows it."""
     node, driver = wired(bench, KeepsItsVoltage)
-    result = driver.prove_safe_state()[0]
+    result = proven(driver)[0]
     assert node.state == "OPERATIONAL"
     assert not result.ok
     assert "input_3 1638 counts" in result.text
@@ -164,7 +164,7 @@ def test_a_module_that_keeps_its_voltage_fails_the_proof(bench: NodeBench) -> No
 def test_a_broken_wire_is_no_proof(bench: NodeBench) -> None:
     node, driver = wired(bench)
     node.wired = {}
-    result = driver.prove_safe_state()[0]
+    result = proven(driver)[0]
     assert not result.ok
     assert "not proven, input and output wired together differ" in result.text
     driver.close()
@@ -177,7 +177,7 @@ def test_a_module_used_for_its_inputs_only(bench: NodeBench) -> None:
     driver = io_module(bench.channel, 21, outputs=0, inputs=2, every_syncs=4)
     driver.open()
     driver.configure()
-    assert driver.prove_safe_state() == []
+    assert proven(driver) == []
     driver.activate()
     cycles((node, driver), 12)
     assert node.get(0x1016, 1) == 0

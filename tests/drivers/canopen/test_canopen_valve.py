@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from canopen_rig import valve
+from canopen_rig import proven, valve
 from local_nodes import NodeBench, ValveNode
 
 from config.errors import DriverError
@@ -187,7 +187,7 @@ def test_the_valve_goes_safe_by_itself_when_the_loop_stops(pair: Pair) -> None:
 @pytest.mark.device_clock
 def test_proof_of_the_safe_state(pair: Pair) -> None:
     node, driver = pair
-    results = driver.prove_safe_state()
+    results = proven(driver)
     assert [result.name for result in results] == [
         "valve: spool safe after a missed heartbeat",
         "valve: spool safe after missing set points",
@@ -207,7 +207,7 @@ def test_a_valve_that_ignores_the_loss_of_its_master_fails_the_proof(bench: Node
     driver = valve(bench.channel, 11, fault_reactions={75: reaction, 77: 2})
     driver.open()
     driver.configure()
-    first, second = driver.prove_safe_state()
+    first, second = proven(driver)
     assert not first.ok
     assert "not safe within 90 ms (state ACTIVE, spool 10.0 %)" in first.text
     assert second.ok
@@ -219,7 +219,7 @@ def test_a_valve_that_ignores_the_loss_of_its_master_fails_the_proof(bench: Node
 def test_a_sticking_spool_fails_the_proof(pair: Pair) -> None:
     node, driver = pair
     node.sticky_spool = True
-    result = driver.prove_safe_state()[0]
+    result = proven(driver)[0]
     assert not result.ok
     assert "not proven, the spool did not open to 10 % (state ACTIVE, spool 26.4 %)" in result.text
 
@@ -232,7 +232,7 @@ def test_the_state_alone_can_be_proven(bench: NodeBench) -> None:
     driver = valve(bench.channel, 11, proof_spool=0)
     driver.open()
     driver.configure()
-    assert all(result.ok for result in driver.prove_safe_state())
+    assert all(result.ok for result in proven(driver))
     driver.close()
 
 
