@@ -15,6 +15,8 @@ from rich.text import Text
 
 from daemon.cli.check_table import checks_lines, console
 from daemon.cli.connection import add_json_option, ask, connect
+from daemon.past_checks import checks_at
+from recording.reader import read_log
 
 _MODE_STYLE = {"disarmed": "white", "arming": "yellow", "holding": "cyan", "running": "green", "stopping": "yellow", "fault": "red bold"}
 _SHOWN_IN = {"rad": (180.0 / math.pi, "deg"), "m": (1e3, "mm")}
@@ -28,6 +30,8 @@ def register(commands: Any) -> None:
     status.set_defaults(run_command=_status)
 
     why = commands.add_parser("why", help="why the arm will not move: every check with value, limit, unit, source and age")
+    why.add_argument("log", nargs="?", metavar="LOG.mcap", help="ask a recording instead of the daemon")
+    why.add_argument("--at", type=float, metavar="S", help="moment of the recording, column t_s (default: its end)")
     add_json_option(why)
     why.set_defaults(run_command=_why)
 
@@ -123,6 +127,8 @@ def _scaled(value: float | None, scale: float) -> float:
 
 def _why(arguments: argparse.Namespace) -> int:
     """Exit 0 when nothing stands in the way of arming, 1 when something does."""
+    if arguments.log is not None:
+        return _why_then(arguments)
     checks = ask(arguments, "checks")["checks"]
     failed = [check for check in checks if not check["ok"]]
     if arguments.json:
@@ -130,6 +136,22 @@ def _why(arguments: argparse.Namespace) -> int:
         return 1 if failed else 0
     console().print(*checks_lines(checks), sep="\n")
     print(f"{len(failed)} of {len(checks)} checks stand in the way" if failed else "nothing stands in the way: `longreach arm`")
+    return 1 if failed else 0
+
+
+def _why_then(arguments: argparse.Namespace) -> int:
+    """The same of a moment of a recording, with the warnings and faults that led to it."""
+    moment = checks_at(read_log(arguments.log), arguments.at)
+    failed = [check for check in moment.checks if check["ok"] is False]
+    if arguments.json:
+        events = [{"t_s": event.t_s, "name": event.name, "text": event.text} for event in moment.events]
+        found = {"t_s": moment.t_s, "cycle": moment.cycle, "mode": moment.mode.name.lower(), "checks": moment.checks, "events": events}
+        print(json.dumps(found))
+        return 1 if failed else 0
+    print(f"t {moment.t_s:.3f} s, cycle {moment.cycle}: {moment.mode.name.lower()}")
+    console().print(*checks_lines(moment.checks), sep="\n")
+    for event in moment.events:
+        print(f"{event.t_s:10.3f} s  {event.name:<20} {event.text}")
     return 1 if failed else 0
 
 
