@@ -7,6 +7,7 @@ from math import log10
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.table import Table
 
 from recording.plots import vibration_plot
@@ -100,10 +101,7 @@ def timing_summary(log: Log) -> dict[str, str]:
     columns = log.columns
     row = {"cycles": str(log.cycles), "overruns": str(int(columns["overruns"][-1])), "drops": str(int(columns["drops"][-1]))}
     for phase in _TIMING:
-        ordered = sorted(value for value in columns[phase].tolist() if value == value)
-        row[phase.removesuffix("_us")] = "/".join(f"{_quantile(ordered, q):.0f}" for q in (0.5, 0.99, 1.0)) if ordered else "-"
+        values = columns[phase][~np.isnan(columns[phase])]
+        cells = [f"{figure:.0f}" for figure in np.quantile(values, (0.5, 0.99, 1.0))] if len(values) else ["-"]
+        row[phase.removesuffix("_us")] = "/".join(cells)
     return row
-
-
-def _quantile(ordered: list[float], share: float) -> float:
-    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
