@@ -25,6 +25,7 @@ def register(commands: Any) -> None:
     parser.add_argument("--control", type=Path, metavar="SOCKET", help="Unix socket for fault injection")
     parser.add_argument("--seed", type=int, default=0, help="seed of the sensor noise")
     parser.add_argument("--priority", type=int, choices=range(100), default=70, metavar="0..99", help="SCHED_FIFO asked for; 0: none")
+    parser.add_argument("--cpu", type=int, metavar="N", help="processor to run on: another than the daemon's loop.cpu")
     parser.add_argument("--quiet", action="store_true", help="no status line")
     parser.set_defaults(run_command=_twin)
 
@@ -37,6 +38,6 @@ def _twin(arguments: argparse.Namespace) -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: twin.stop())
     print(f"twin of {rig.name}: {', '.join(twin.bench.devices)}", flush=True)
-    twin.run(None if arguments.quiet else lambda line: print(line, flush=True), arguments.priority)
+    twin.run(None if arguments.quiet else lambda line: print(line, flush=True), arguments.priority, arguments.cpu)
     print("twin: stopped", flush=True)
     return 0

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from config.errors import PlantError
 from sim_backend.twin.can_node import CanNode
+from sim_backend.twin.can_port import Frame
 from sim_backend.twin.plant_feed import PlantFeed
 from sim_backend.twin.step_clock import StepClock
 
@@ -33,6 +34,7 @@ class Bench:
         self.nodes = nodes
         self.clock = StepClock(feed.period_s)
         self.syncs = 0
+        self._period_ns = round(1e9 * feed.period_s)
         self._volts = volts
         self._updates = updates
         self.devices: dict[str, Injectable] = {"plant": feed, **{node.name: node for node in nodes}}
@@ -48,13 +50,26 @@ class Bench:
             node.start(now_ns)
         self._update()
 
-    def on_frame(self, cob_id: int, data: bytes, now_ns: int) -> None:
+    def on_frames(self, frames: Sequence[Frame], now_ns: int) -> None:
+        """What has arrived from the bus, in order.
+
+        After this process stood still there may be many SYNCs. The plant moves by all of them, but of those that are older than a
+        period only the newest is answered: a device's answer says where the arm is, and a controller that got the others in a burst
+        would see an arm that leaps.
+        """
+        newest = max((number for number, frame in enumerate(frames) if frame.cob_id == SYNC_ID), default=0)
+        for number, (cob_id, data, arrived_ns) in enumerate(frames):
+            is_late = now_ns - arrived_ns > self._period_ns and number < newest
+            self.on_frame(cob_id, data, min(arrived_ns, now_ns), answer=not is_late)
+
+    def on_frame(self, cob_id: int, data: bytes, now_ns: int, answer: bool = True) -> None:
         """A frame from the bus. At SYNC the plant moves first, so that the devices answer with the state at this instant."""
         if cob_id == SYNC_ID:
             self.syncs += 1
             self._step(self.clock.at_sync(now_ns), now_ns)
-            for node in self.nodes:
-                node.on_sync(now_ns)
+            if answer:
+                for node in self.nodes:
+                    node.on_sync(now_ns)
         elif cob_id == NMT_ID:
             for node in self.nodes:
                 node.on_nmt(data, now_ns)

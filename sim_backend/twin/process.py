@@ -11,11 +11,11 @@ from config.rig import Rig
 from sim_backend.plant import SimulatedRig
 from sim_backend.twin.assembly import bench, can_bus
 from sim_backend.twin.bench import Bench
-from sim_backend.twin.bus_flood import BusFlood
+from sim_backend.twin.bus_faults import BusFaults
 from sim_backend.twin.can_port import CanPort
 from sim_backend.twin.control_socket import ControlSocket, obey
 from sim_backend.twin.modbus_server import ModbusServers, modbus_units
-from sim_backend.twin.real_time import ask_for_priority
+from sim_backend.twin.real_time import ask_for_real_time
 
 TICK_NS = 1_000_000
 _STATUS_NS = 1_000_000_000
@@ -29,8 +29,9 @@ class Twin:
         bus = can_bus(rig)
         self._port = CanPort(interface or bus.interface, channel or bus.channel) if bus else None
         self.bench: Bench = bench(rig, SimulatedRig(rig, seed), self._port.send if self._port else _nowhere)
-        self._flood = BusFlood(self._port.send if self._port else _nowhere)
-        self.bench.devices["bus"] = self._flood
+        self._bus_faults = BusFaults(self._port) if self._port else None
+        if self._bus_faults:
+            self.bench.devices["bus"] = self._bus_faults
         units = modbus_units(rig)
         for unit in (unit for group in units.values() for unit in group):
             self.bench.add(unit.name, unit, unit.update)
@@ -38,10 +39,11 @@ class Twin:
         self._control = ControlSocket(control) if control else None
         self._stop = False
 
-    def run(self, say: Callable[[str], None] | None = None, priority: int = 0) -> None:
-        """Serve until `stop`; `say` gets one line a second. `priority`: SCHED_FIFO to ask for, 0 for none."""
+    def run(self, say: Callable[[str], None] | None = None, priority: int = 0, cpu: int | None = None) -> None:
+        """Serve until `stop`; `say` gets one line a second. `priority`: SCHED_FIFO to ask for, 0 for none; `cpu`: the only processor
+        to run on."""
         sys.setswitchinterval(_SWITCH_INTERVAL_S)
-        granted = ask_for_priority(priority)  # before the Modbus thread, which may not be kept waiting while it has Python's lock
+        granted = ask_for_real_time(priority, cpu)  # before the Modbus thread, which may not be kept waiting while it has Python's lock
         if say:
             say(f"twin: {granted}")
         if self._servers:
@@ -77,13 +79,14 @@ class Twin:
         if self._port is None:
             time.sleep(max(0.0, timeout_s))
             return
-        frame = self._port.receive(max(0.0, timeout_s))
-        if frame is not None:
-            self.bench.on_frame(*frame, time.monotonic_ns())
+        frames = self._port.receive(max(0.0, timeout_s))
+        if frames:
+            self.bench.on_frames(frames, time.monotonic_ns())
 
     def _tick(self, now_ns: int) -> None:
         self.bench.tick(now_ns)
-        self._flood.tick(now_ns)
+        if self._bus_faults:
+            self._bus_faults.tick(now_ns)
         if self._control is None:
             return
         asked = self._control.request()

@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from network_namespace import GROUP, NamespaceImpossible, NetworkNamespace
 from twin_process import TwinProcess
 
+from config.errors import PlantError
 from config.load import load_rig, rig_from_text
 from sim_backend.twin.control_socket import TwinControl
+from sim_backend.twin.network_namespace import GROUP, NetworkNamespace
 
 SHIPPED, OURS = "interface: socketcan, channel: can0", f"interface: udp_multicast, channel: {GROUP}"
 
@@ -23,8 +24,8 @@ SHIPPED, OURS = "interface: socketcan, channel: can0", f"interface: udp_multicas
 def namespace() -> Iterator[NetworkNamespace]:
     try:
         namespace = NetworkNamespace(f"longreach-{os.getpid()}")
-    except NamespaceImpossible as reason:
-        pytest.skip(f"no network namespace: {reason}")
+    except PlantError as reason:
+        pytest.skip(str(reason))
     yield namespace
     namespace.delete()
 

@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from network_namespace import NetworkNamespace
 from twin_process import TwinProcess
 
 from config.load import LoadedRig, apply_overrides, load_rig, rig_from_text
@@ -18,6 +17,7 @@ from daemon.lockstep import run_lockstep
 from recording.reader import read_log
 from recording.replay import reexecute
 from recording.vibration import hold_vibration
+from sim_backend.twin.network_namespace import NetworkNamespace
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "daemon"))
 from running_daemon import RunningDaemon, arm, until

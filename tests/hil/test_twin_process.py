@@ -15,13 +15,13 @@ from typing import Any
 
 import can
 import pytest
-from network_namespace import GROUP
 from twin_process import TwinProcess
 
 from config.errors import DriverError
 from drivers import registry
 from drivers.contract import Driver, Quality
 from drivers.proof import ProvesSafeState
+from sim_backend.twin.network_namespace import GROUP
 
 PERIOD_NS = 1_000_000
 VALVES = ("rotary_valve", "prismatic_valve")

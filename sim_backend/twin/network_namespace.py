@@ -13,17 +13,19 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
+from config.errors import PlantError
+from config.multicast import EXAMPLE_GROUP
+
 CLONE_NEWNET = 0x40000000
-GROUP = "239.74.163.2"
+GROUP = EXAMPLE_GROUP
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
-class NamespaceImpossible(Exception):  # noqa: N818
-    """This machine does not let us make one; the text says why."""
-
-
 class NetworkNamespace:
-    """`prefix` runs a command inside; `entered()` moves the calling thread inside, and what it opens there stays there."""
+    """`prefix` runs a command inside; `entered()` moves the calling thread inside, and what it opens there stays there.
+
+    Raises PlantError that says why this computer or user cannot make one.
+    """
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -57,22 +59,26 @@ class NetworkNamespace:
     def _refuse_a_leak(self) -> None:
         route = subprocess.run([*self.prefix, "ip", "route", "get", GROUP], capture_output=True, text=True, check=False)
         if " dev lo " not in route.stdout:
-            raise NamespaceImpossible(f"multicast would not stay on lo: {route.stdout or route.stderr}")
+            raise _impossible(f"multicast would not stay on lo: {route.stdout or route.stderr}")
 
 
 def _ip(*arguments: str) -> None:
     try:
         result = subprocess.run(["ip", *arguments], capture_output=True, text=True, check=False)
     except FileNotFoundError:
-        raise NamespaceImpossible("the command `ip` (iproute2) is not installed") from None
+        raise _impossible("the command `ip` (iproute2) is not installed") from None
     if result.returncode:
-        raise NamespaceImpossible(f"ip {' '.join(arguments)}: {result.stderr.strip()}")
+        raise _impossible(f"ip {' '.join(arguments)}: {result.stderr.strip()}")
 
 
 def _set_namespace(path: Path) -> None:
     descriptor = os.open(path, os.O_RDONLY)
     try:
         if _libc.setns(descriptor, CLONE_NEWNET):
-            raise NamespaceImpossible(f"setns: {os.strerror(ctypes.get_errno())}")
+            raise _impossible(f"setns: {os.strerror(ctypes.get_errno())}")
     finally:
         os.close(descriptor)
+
+
+def _impossible(why: str) -> PlantError:
+    return PlantError("no network namespace can be made", value=why, next_step="Run as root, with iproute2 installed.")
