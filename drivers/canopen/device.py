@@ -14,14 +14,15 @@ from drivers.contract import Quality, Sample
 EMERGENCY_ID = 0x080
 _BOOT_UP = 0
 _START_LIMIT_S = 1.0  # added to three heartbeats
+STALE_NS = 2_000_000  # two cycles at 1 kHz: a frame that answers the last SYNC is younger
 
 
 class CanopenDevice:
     """Base of the drivers. A subclass says what is written (`_settings`), which frame it listens to, and what a frame means.
 
     `received` counts its frames, `missing` the cycles since the last one, `missed` the cycles in which one was due and did not come,
-    `malformed` its frames that could not be read, `heard_ns` the arrival of the last one. `emergency` is the code of the last EMCY (0:
-    none, or over).
+    `stale` those with values older than 2 ms (times `every_syncs`), `malformed` its frames that could not be read, `heard_ns` the
+    arrival of the last one. `emergency` is the code of the last EMCY (0: none, or over).
     """
 
     inputs: tuple[str, ...] = ()
@@ -43,7 +44,7 @@ class CanopenDevice:
         self._read_ns = -1
         self._silence = options.missing_frames * self.every_syncs
         self.missing = self._silence
-        self.received = self.missed = self.malformed = self.emergency = self.heard_ns = 0
+        self.received = self.missed = self.stale = self.malformed = self.emergency = self.heard_ns = 0
         self.nmt_state = -1
         self.restarted = False
 
@@ -77,7 +78,7 @@ class CanopenDevice:
         self._opened().begin_cycle(now_ns)
         if now_ns != self._read_ns:
             self._read_ns = now_ns
-            self._count_frame()
+            self._count_frame(now_ns)
             self._assess()
         if self.restarted and self._configured:
             raise self._error(
@@ -111,7 +112,8 @@ class CanopenDevice:
         self.heard_ns = stamp_ns
         self._fresh = True
 
-    def _count_frame(self) -> None:
+    def _count_frame(self, now_ns: int) -> None:
+        self.stale += now_ns - self.heard_ns > STALE_NS * self.every_syncs
         if self._fresh:
             self._fresh = False
             self.missing = 0

@@ -152,3 +152,20 @@ def test_opening_twice_is_refused(bench: NodeBench) -> None:
     with pytest.raises(DriverError, match="open already"):
         driver.open()
     driver.close()
+
+
+def test_every_cycle_with_a_frame_older_than_2_ms_is_counted(bench: NodeBench, pair: tuple[EncoderNode, EncoderDriver]) -> None:
+    """The count is compared with the ages of the samples, which is how the loop would find out."""
+    node, driver = pair
+    after_sync(bench, driver)
+    driver.stale = old = 0
+    for cycle in range(30):
+        node.silent = cycle % 5 == 1
+        later = time.monotonic_ns() + (3 * MS if cycle % 2 else 0)  # a loop that looks late at a frame that came in time
+        bench.settle()
+        while time.monotonic_ns() < later:
+            bench.settle()
+        now_ns = time.monotonic_ns()
+        sample = driver.read(now_ns)[0]
+        old += now_ns - sample.stamp_ns > 2 * MS
+    assert driver.stale == old >= 15
