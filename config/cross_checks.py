@@ -12,12 +12,12 @@ from config.cross_checks_plant import cross_check_plant
 from config.nearest import nearest_text
 from config.problems import Problem
 from config.signals import signal_measures
-from config.yaml_tree import YamlTree
+from config.yaml_tree import YamlTree, dotted
 
 
 def cross_check(tree: YamlTree) -> list[Problem]:
     """Every contradiction between the sections of a rig file."""
-    checks = (_arm_joints, _one_entry_per_joint, _inferred_keys, _signal_names, _positions, _devices, _interlock_signals, _end_point)
+    checks = (_arm_joints, _one_entry_per_joint, _inferred_keys, _signal_names, _positions, _devices, _interlock_signals, _end_point, _oil)
     return [*(problem for check in checks for problem in check(tree)), *cross_check_plant(tree)]
 
 
@@ -139,6 +139,17 @@ def _end_point(tree: YamlTree) -> Iterator[Problem]:
         yield tree.problem(
             ("end_point",), f"end_point needs the signal {signal}, which is not in signals", of_key=True, next_step="Add the signal."
         )
+
+
+def _oil(tree: YamlTree) -> Iterator[Problem]:
+    """Oil compensation needs a temperature that is measured."""
+    fitted = [name for name in _mapping(tree, "signals") if name.endswith("temperature")]
+    for joint in _mapping(tree, "servo") if isinstance(tree.value(("signals",)), dict) else ():
+        path = ("servo", joint, "oil_compensation", "source")
+        source = tree.value(path)
+        if isinstance(source, str) and source not in fitted:
+            what = f"{dotted(path)}: there is no temperature signal {source!r}{nearest_text(source, fitted)}"
+            yield tree.problem(path, what, next_step=f"Temperature signals: {', '.join(fitted) or 'none'}.")
 
 
 def _motions(tree: YamlTree) -> dict[str, str]:

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
+from config.oil_compensation import LinearOilCompensation, RotaryOilCompensation
 from config.section import Section, chosen_by, inferred, quantity
 
 
@@ -30,12 +31,14 @@ class RotaryServo(JointServo):
     motion: Literal["rotary"] = inferred("from the joint of the same name")
     gain: float = quantity("V/rad", "proportional gain, DC gain of the whole compensator", low=-2000, high=2000)
     velocity_feedforward: float = quantity("V*s/rad", "volts per rate of the reference", 0.0, low=-200, high=200)
+    oil_compensation: RotaryOilCompensation | None = None
 
 
 class LinearServo(JointServo):
     motion: Literal["linear"] = inferred("from the joint of the same name")
     gain: float = quantity("V/m", "proportional gain, DC gain of the whole compensator", low=-1e6, high=1e6)
     velocity_feedforward: float = quantity("V*s/m", "volts per rate of the reference", 0.0, low=-2000, high=2000)
+    oil_compensation: LinearOilCompensation | None = None
 
 
 AnyServo = Annotated[Annotated[RotaryServo, Tag("rotary")] | Annotated[LinearServo, Tag("linear")], chosen_by("motion")]

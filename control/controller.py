@@ -23,7 +23,7 @@ from control.run_request import RunRequest
 from control.servo import JointServo
 from control.signals import Inputs, JointOutput, Mode, Outputs
 
-OFF = (int(Mode.DISARMED), int(Mode.ARMING), int(Mode.FAULT))
+OFF = (int(Mode.DISARMED), int(Mode.ARMING), int(Mode.FAULT), int(Mode.PROVING))
 SNAPSHOT_VERSION = 1
 
 
@@ -59,6 +59,8 @@ class Controller:
         """One cycle. Positions that are not finite are taken as lost samples."""
         for servo, position in zip(self._servos, inputs.position, strict=True):
             servo.measure(position)
+        for servo, temperature in zip(self._servos, inputs.oil_temperature_C, strict=False):  # empty on a rig without compensation
+            servo.measure_oil(temperature)
         if inputs.mode in OFF:
             return self._off()
         if not self._engaged and not self._engage():

@@ -1,6 +1,6 @@
 """One joint's servo: lag-lead on the error, feed-forward of the reference rate, null bias, limits with anti-windup.
 
-u = C(z)·(reference − position + correction) + k_ff · reference rate + bias + excitation
+u = C(z)·(reference − position + correction) + k_ff · reference rate + bias + excitation [+ compensation of the oil's temperature]
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from config.rig import AnyJoint
 from config.servo import AnyServo
 from control.lag_lead import LagLead
 from control.limits import CommandLimit, clamp
+from control.oil_compensation import OilCompensation
 from control.velocity import VelocityEstimate
 
 # The bias is faded in after the servo engages: a valve must not be kicked by arming.
@@ -26,7 +27,7 @@ class JointServo:
     """
 
     __slots__ = (
-        "_bias", "_bias_step", "_command_limit", "_compensator", "_feedforward", "_full_bias", "_travel", "_velocity",
+        "_bias", "_bias_step", "_command_limit", "_compensator", "_feedforward", "_full_bias", "_oil", "_travel", "_velocity",
         "command_V", "position",
     )  # fmt: skip
 
@@ -37,7 +38,10 @@ class JointServo:
         self._command_limit = CommandLimit(joint.command_limit_V, joint.command_rate_limit_V_per_s, period_s)
         self._velocity = VelocityEstimate(servo.velocity_filter_Hz, period_s)
         self._full_bias = servo.null_bias_V
-        self._bias_step = abs(servo.null_bias_V) * period_s / BIAS_FADE_S
+        oil = servo.oil_compensation
+        self._oil = OilCompensation(oil, servo.velocity_feedforward, period_s) if oil is not None else None
+        largest_V = abs(servo.null_bias_V) + (self._oil.largest_bias_V if self._oil is not None else 0.0)
+        self._bias_step = largest_V * period_s / BIAS_FADE_S
         self._travel = joint.travel
         self._bias = 0.0
         self.position = nan  # last finite measurement
@@ -55,6 +59,11 @@ class JointServo:
         if isfinite(self.position):
             self._velocity.step(self.position)
 
+    def measure_oil(self, temperature_C: float) -> None:
+        """Take this cycle's oil temperature; NaN where it was lost. Nothing happens on a joint without compensation."""
+        if self._oil is not None:
+            self._oil.measure(temperature_C)
+
     def release(self) -> None:
         """Command 0, memory empty: as before the servo was ever engaged."""
         self.command_V = 0.0
@@ -69,9 +78,12 @@ class JointServo:
         error = reference - self.position
         if correction != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without feedback re-execute bit for bit
             error += correction
-        self._bias = clamp(self._full_bias, self._bias - self._bias_step, self._bias + self._bias_step)
+        full_bias = self._full_bias if self._oil is None else self._full_bias + self._oil.bias_V
+        self._bias = clamp(full_bias, self._bias - self._bias_step, self._bias + self._bias_step)
         inside = self._travel[0] <= self.position <= self._travel[1]
         wanted = self._compensator.step(error) + self._feedforward * reference_rate + self._bias + (excitation_V if inside else 0.0)
+        if self._oil is not None:
+            wanted += self._oil.volts(reference_rate)
         limited = self._command_limit.apply(wanted, self.command_V)
         if limited != wanted:
             self._compensator.condition(error, limited - wanted)
@@ -83,6 +95,7 @@ class JointServo:
             "compensator": self._compensator.snapshot(),
             "velocity": self._velocity.snapshot(),
             "bias": self._bias,
+            "oil": self._oil.snapshot() if self._oil is not None else None,
             "position": position,
             "command_V": self.command_V,
         }
@@ -91,5 +104,7 @@ class JointServo:
         self._compensator.restore(state["compensator"])
         self._velocity.restore(state["velocity"])
         self._bias = state["bias"]
+        if self._oil is not None and state.get("oil") is not None:  # none in a log of a rig without compensation
+            self._oil.restore(state["oil"])
         self.position = nan if state["position"] is None else state["position"]
         self.command_V = state["command_V"]

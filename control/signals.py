@@ -15,6 +15,7 @@ class Mode(IntEnum):
     RUNNING = 3
     STOPPING = 4
     FAULT = 5
+    PROVING = 6
 
 
 @dataclass(slots=True)
@@ -27,6 +28,7 @@ class Inputs:
     position: tuple[float, ...]
     tip_deflection_m: float
     tip_acceleration_mps2: float
+    oil_temperature_C: tuple[float, ...] = ()  # of every joint's oil compensation, in the order of the joints; empty when none has one
 
 
 @dataclass(slots=True)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from math import nan
 from typing import Any
 
 from config.rig import Rig
 from control.controller import Controller
+from control.oil_compensation import temperature_signals
 from control.run_plan import RunPlan
 from control.signals import Inputs, Mode, Outputs
 from daemon.facts import Facts
+from recording.fields import field_of_signal
 
 
 class ControllerPort:
@@ -20,6 +23,8 @@ class ControllerPort:
         self._cycle, self._mode, self._run, self._segment = map(at, ("cycle", "mode", "maneuver", "segment"))
         self.positions = tuple(at(f"{joint}.position") for joint in rig.joints)
         self._deflection, self._acceleration = at("tip.deflection_m"), at("tip.acceleration_mps2")
+        self._oil = tuple(at(field_of_signal(name)) if name else -1 for name in temperature_signals(rig))
+        self._oil_used = max(self._oil) >= 0
         names = ("target", "target_rate", "reference", "reference_rate", "velocity", "command_V", "following_error")
         self._joints = tuple(tuple(at(f"{joint}.{name}") for name in names) for joint in rig.joints)
         self.volts = [0.0] * len(rig.joints)
@@ -28,7 +33,8 @@ class ControllerPort:
         """One cycle of the controller; `run`: number of the run that was prepared, 0 for none."""
         position = tuple([values[index] for index in self.positions])
         deflection, acceleration = values[self._deflection], values[self._acceleration]
-        outputs = self._controller.step(Inputs(int(values[self._cycle]), int(mode), run, position, deflection, acceleration))
+        oil = tuple([values[index] if index >= 0 else nan for index in self._oil]) if self._oil_used else ()
+        outputs = self._controller.step(Inputs(int(values[self._cycle]), int(mode), run, position, deflection, acceleration, oil))
         values[self._mode], values[self._run], values[self._segment] = int(mode), run, outputs.segment
         for number, joint in enumerate(outputs.joints):
             target, target_rate, reference, reference_rate, velocity, command, following = self._joints[number]

@@ -8,9 +8,10 @@ would have done.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +21,11 @@ from config.errors import LogError
 from config.load import apply_overrides, rig_from_text
 from config.rig import Rig
 from control.controller import Controller
+from control.oil_compensation import temperature_signals
 from control.planning import plan_run
 from control.run_request import RunRequest
 from control.signals import Inputs
-from recording.fields import CONTROLLER_FIELDS
+from recording.fields import CONTROLLER_FIELDS, field_of_signal
 from recording.reader import Log, read_log
 
 Values = npt.NDArray[np.float64]
@@ -124,7 +126,7 @@ def _run(log: Log, rig: Rig, end: int) -> dict[str, Values]:
     names = ["segment", *(f"{joint}.{name}" for joint in joints for name in CONTROLLER_FIELDS)]
     rows: list[list[float]] = []
     prepared = 0
-    for inputs in _inputs(log, end):
+    for inputs in _inputs(log, rig, end):
         if inputs.run and inputs.run != prepared:
             controller.prepare(plan_run(rig, _request(log, inputs.run)))
             prepared = inputs.run
@@ -143,15 +145,26 @@ def _restore(controller: Controller, log: Log) -> None:
         raise LogError(what, value=str(error), where=str(log.path), next_step=advice) from error
 
 
-def _inputs(log: Log, end: int) -> list[Inputs]:
+def _inputs(log: Log, rig: Rig, end: int) -> list[Inputs]:
     """The inputs of every cycle as plain Python values."""
     names = ["cycle", "mode", "maneuver", "tip.deflection_m", "tip.acceleration_mps2"]
     names += [f"{joint}.position" for joint in log.layout.joint_names]
     columns = [log.columns[name][:end].tolist() for name in names]
     return [
-        Inputs(cycle, mode, run, tuple(position), deflection, acceleration)
-        for cycle, mode, run, deflection, acceleration, *position in zip(*columns, strict=True)
+        Inputs(cycle, mode, run, tuple(position), deflection, acceleration, oil)
+        for oil, (cycle, mode, run, deflection, acceleration, *position) in zip(
+            _oil_temperatures(log, rig, end), zip(*columns, strict=True), strict=True
+        )
     ]
+
+
+def _oil_temperatures(log: Log, rig: Rig, end: int) -> Iterable[tuple[float, ...]]:
+    """What the oil compensation of every joint was given; empty tuples on a rig without."""
+    signals = temperature_signals(rig)
+    if not any(signals):
+        return [()] * end
+    lost = [nan] * end
+    return zip(*(log.columns[field_of_signal(name)][:end].tolist() if name else lost for name in signals), strict=True)
 
 
 def _request(log: Log, run: int) -> RunRequest:

@@ -15,6 +15,7 @@ from config.maneuver import maneuver_content
 from config.rig import Rig
 from control.controller import Controller
 from control.link_mode import LinkFrequency
+from control.oil_compensation import temperature_signals
 from control.planning import plan_run
 from control.prediction import predict
 from control.run_plan import RunPlan
@@ -22,6 +23,7 @@ from control.run_request import RunRequest
 from control.signals import Inputs, Mode
 from recording.spectrum import hann_spectrum
 from recording.vibration import AFTER_MOVE_S, PERIODS, decaying_sine
+from sim_backend.layout import H
 from sim_backend.plant import SimulatedRig
 from sim_backend.prescribed import link_response
 from tuning.linear_arm import ROTARY
@@ -100,19 +102,31 @@ def ideal_run(rig: Rig, plan: RunPlan) -> LineRun:
     return LineRun(plan, period_s, acceleration[:keep], deflection[:keep], rows[:keep, :2], rows[:keep, :2], LinkFrequency(rig.link_mode))
 
 
-def coupled_run(rig: Rig, plan: RunPlan, seed: int = 0, temperature_C: float | None = None) -> LineRun:
-    """The whole rig: controller as in the daemon, sensors with noise and counts, hydraulics, friction, link."""
+def coupled_run(
+    rig: Rig,
+    plan: RunPlan,
+    seed: int = 0,
+    temperature_C: float | None = None,
+    heat_C: Floats | None = None,
+    holding_s: float = SETTLING_S,
+) -> LineRun:
+    """The whole rig: controller as in the daemon, sensors with noise and counts, hydraulics, friction, link.
+
+    `heat_C`: temperatures of the heat stores (RESERVOIR to OIL) to start from; `holding_s`: holding before the run.
+    """
     plant, controller = SimulatedRig(rig, seed), Controller(rig)
-    plant.reset(list(plan.start_position), temperature_C)
+    plant.reset(list(plan.start_position), temperature_C if heat_C is None else float(heat_C[-1]))
+    if heat_C is not None:
+        plant.state[H.RESERVOIR : H.OIL + 1] = heat_C
     period_s = 1.0 / rig.loop.rate_Hz
     senses = _Senses(rig, plant)
-    holding, count = round(SETTLING_S / period_s), round(plan.program.duration_s / period_s)
+    holding, count = round(holding_s / period_s), round(plan.program.duration_s / period_s)
     controller.prepare(plan)
     table = np.empty((count, 6))
     for cycle in range(-holding, count):
         mode = Mode.HOLDING if cycle < 0 else Mode.RUNNING
-        position, deflection, acceleration = senses.read()
-        out = controller.step(Inputs(cycle + holding, int(mode), plan.run, position, deflection, acceleration))
+        position, deflection, acceleration, oil = senses.read()
+        out = controller.step(Inputs(cycle + holding, int(mode), plan.run, position, deflection, acceleration, oil))
         if cycle >= 0:
             tip = plant.true_signal("tip.acceleration"), plant.true_signal("tip.deflection")
             table[cycle] = (*tip, out.joints[0].reference, out.joints[1].reference, *plant.true_position)
@@ -126,13 +140,15 @@ class _Senses:
 
     def __init__(self, rig: Rig, plant: SimulatedRig) -> None:
         self._plant = plant
-        names = (f"{ROTARY}.position", f"{PRISMATIC}.position", "tip.deflection", "tip.acceleration")
+        names = [f"{ROTARY}.position", f"{PRISMATIC}.position", "tip.deflection", "tip.acceleration"]
+        if any(temperature_signals(rig)):
+            names += [name or "" for name in temperature_signals(rig)]
         self._at = [plant.channels.index(name) if name in rig.signals else -1 for name in names]
         calibrations = [rig.signals[name].calibration if name in rig.signals else None for name in names]
         self._scale = [(c.offset, c.scale) if c is not None else (nan, nan) for c in calibrations]
 
-    def read(self) -> tuple[tuple[float, float], float, float]:
-        """Positions, tip deflection, tip acceleration."""
+    def read(self) -> tuple[tuple[float, float], float, float, tuple[float, ...]]:
+        """Positions, tip deflection, tip acceleration, oil temperatures."""
         raw = self._plant.sense()
-        a, b, deflection, acceleration = (offset + scale * raw[at] for at, (offset, scale) in zip(self._at, self._scale, strict=True))
-        return (a, b), deflection, acceleration
+        values = [offset + scale * raw[at] for at, (offset, scale) in zip(self._at, self._scale, strict=True)]
+        return (values[0], values[1]), values[2], values[3], tuple(values[4:])

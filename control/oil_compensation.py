@@ -1,0 +1,70 @@
+"""Feed-forward after the measured oil temperature: thin oil leaks more while the same friction has to be overcome.
+
+    u = k_ff · f(T) · v + s(T) · clamp(v / v_full) + b(T)        f, s, b: tables, T low-passed; v is the reference's rate
+
+A lost sample keeps the last temperature; before the first one nothing is compensated.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from math import exp, isfinite
+from typing import Any
+
+from config.oil_compensation import LinearOilCompensation, RotaryOilCompensation
+from config.rig import Rig
+from control.limits import clamp
+
+
+def temperature_signals(rig: Rig) -> tuple[str | None, ...]:
+    """The signal that compensates every joint, in the order of the joints; None for a joint without compensation."""
+    settings = (rig.servo[joint].oil_compensation for joint in rig.joints)
+    return tuple(each.source if each is not None else None for each in settings)
+
+
+class OilCompensation:
+    """One joint's table. `measure` once a cycle, then `volts` and `bias_V`."""
+
+    __slots__ = ("_full_rate", "_points", "_share", "_temperatures", "_values", "largest_bias_V", "temperature_C")
+
+    def __init__(self, settings: RotaryOilCompensation | LinearOilCompensation, velocity_feedforward: float, period_s: float) -> None:
+        self._temperatures = [point.temperature_C for point in settings.points]
+        self._points = [((point.velocity_factor - 1.0) * velocity_feedforward, point.friction_V, point.bias_V) for point in settings.points]
+        self._full_rate = settings.friction_rate
+        self._share = 1.0 - exp(-period_s / settings.filter_s)
+        self.largest_bias_V = max(abs(point.bias_V) for point in settings.points)
+        self.temperature_C: float | None = None
+        self._values = (0.0, 0.0, 0.0)
+
+    @property
+    def bias_V(self) -> float:
+        return self._values[2]
+
+    def measure(self, temperature_C: float) -> None:
+        """This cycle's sample; NaN where it was lost."""
+        if not isfinite(temperature_C):
+            return
+        before = temperature_C if self.temperature_C is None else self.temperature_C
+        self.temperature_C = before + self._share * (temperature_C - before)
+        self._values = self._at(self.temperature_C)
+
+    def volts(self, reference_rate: float) -> float:
+        """Added to the feed-forward for this reference rate (rad/s or m/s)."""
+        slope, friction, _ = self._values
+        return slope * reference_rate + friction * clamp(reference_rate / self._full_rate, -1.0, 1.0)
+
+    def _at(self, temperature_C: float) -> tuple[float, float, float]:
+        place = bisect_right(self._temperatures, temperature_C)
+        if place == 0 or place == len(self._temperatures):
+            return self._points[min(place, len(self._points) - 1)]
+        low, high = self._temperatures[place - 1], self._temperatures[place]
+        share = (temperature_C - low) / (high - low)
+        a, b = self._points[place - 1], self._points[place]
+        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])
+
+    def snapshot(self) -> dict[str, Any]:
+        return {"temperature_C": self.temperature_C}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        self.temperature_C = state["temperature_C"]
+        self._values = (0.0, 0.0, 0.0) if self.temperature_C is None else self._at(self.temperature_C)

@@ -1,0 +1,73 @@
+"""The table of a joint's oil compensation, from steady speeds at constant commands on the simulated rig at several temperatures.
+
+At one temperature u = a·|v| + s in each direction of motion, fitted over the speeds of ordinary moves. The mean slope gives the
+velocity factor, half the sum of the two offsets the friction, half their difference the bias.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from config.rig import Rig
+from sim_backend.layout import C
+from sim_backend.plant import SimulatedRig
+
+TEMPERATURES_C = (15.0, 25.0, 35.0, 45.0, 55.0, 65.0)
+SHARES = (0.1, 0.2, 0.35, 0.5)  # of the joint's rate limit
+RUN_S, MEASURED_S = 0.9, 0.3
+PERIOD_S = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class OilRow:
+    """One point of the table; `slope` in V per rad/s or m/s."""
+
+    temperature_C: float
+    slope: float
+    friction_V: float
+    bias_V: float
+
+
+def oil_table(rig: Rig, joint: str, temperatures_C: Sequence[float] = TEMPERATURES_C) -> list[OilRow]:
+    """What the joint needs to move at a steady speed, by oil temperature. Raises PlantError on a rig without plant."""
+    return [_row(rig, joint, temperature) for temperature in temperatures_C]
+
+
+def as_override(rig: Rig, joint: str, source: str, rows: Sequence[OilRow]) -> str:
+    """The table as a change of the rig file: servo.JOINT.oil_compensation={...}."""
+    feedforward = rig.servo[joint].velocity_feedforward
+    points = [
+        f"{{temperature: {row.temperature_C:g} degC, velocity_factor: {row.slope / feedforward:.4f}, "
+        f"friction: {row.friction_V:.4f} V, bias: {row.bias_V:.4f} V}}"
+        for row in rows
+    ]
+    return f"servo.{joint}.oil_compensation={{source: {source}, points: [{', '.join(points)}]}}"
+
+
+def _row(rig: Rig, joint: str, temperature_C: float) -> OilRow:
+    feedforward, fastest = rig.servo[joint].velocity_feedforward, rig.joints[joint].rate_limit
+    lines = []
+    for direction in (1.0, -1.0):
+        volts = [feedforward * share * fastest for share in SHARES]
+        speeds = [abs(_speed(rig, joint, direction * u, temperature_C)) for u in volts]
+        slope, offset = np.polyfit(speeds, volts, 1)
+        lines.append((float(slope), float(offset)))
+    (out, out_offset), (back, back_offset) = lines
+    return OilRow(temperature_C, 0.5 * (out + back), 0.5 * (out_offset + back_offset), 0.5 * (out_offset - back_offset))
+
+
+def _speed(rig: Rig, joint: str, command_V: float, temperature_C: float) -> float:
+    """Steady rate under a constant command, through the middle of the travel; the link does not bend, nothing warms up."""
+    plant = SimulatedRig(rig)
+    values = plant.parameters.values
+    values[C.BENDING_STIFFNESS] = values[C.THERMAL] = 0.0
+    middle = [0.5 * sum(each.travel) for each in rig.joints.values()]
+    column = plant.joints.index(joint)
+    middle[column] -= 0.5 * command_V / rig.servo[joint].velocity_feedforward * RUN_S
+    plant.reset(middle, temperature_C)
+    commands = np.zeros((round(RUN_S / PERIOD_S), len(plant.joints)))
+    commands[:, column] = command_V
+    return float(np.mean(plant.run(commands, PERIOD_S)[f"{joint}.velocity"][-round(MEASURED_S / PERIOD_S) :]))
