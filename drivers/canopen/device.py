@@ -42,6 +42,7 @@ class CanopenDevice:
         self._configured = False
         self._fresh = False
         self._read_ns = -1
+        self._values_ns = 0  # when the process data came that the samples show
         self._silence = options.missing_frames * self.every_syncs
         self.missing = self._silence
         self.received = self.missed = self.stale = self.malformed = self.emergency = self.heard_ns = 0
@@ -109,11 +110,11 @@ class CanopenDevice:
 
     def _accept(self, stamp_ns: int) -> None:
         self.received += 1
-        self.heard_ns = stamp_ns
+        self.heard_ns = self._values_ns = stamp_ns
         self._fresh = True
 
     def _count_frame(self, now_ns: int) -> None:
-        self.stale += now_ns - self.heard_ns > STALE_NS * self.every_syncs
+        self.stale += now_ns - self._values_ns > STALE_NS * self.every_syncs
         if self._fresh:
             self._fresh = False
             self.missing = 0
