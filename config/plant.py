@@ -15,7 +15,7 @@ from config.effect_entry import EffectEntry
 from config.effects_hydraulic import ACTUATOR_EFFECTS, SUPPLY_EFFECTS, VALVE_EFFECTS, ValveFlowAsymmetry
 from config.effects_joint import JOINT_EFFECTS, PressureFriction
 from config.effects_link_sensor import LINK_EFFECTS, SENSOR_EFFECTS
-from config.plant_joint import AnyPlantJoint, motion_of
+from config.plant_joint import AnyPlantJoint, Crosshead, motion_of
 from config.plant_sensor import Sensor
 from config.section import Section, chosen_by, quantity
 from config.signals import signal_measures
@@ -143,13 +143,18 @@ def _wrong_places(effects: tuple[EffectEntry, ...], plant: dict[str, Any]) -> It
     for index, entry in enumerate(effects):
         label = f"entry {index} ({entry.effect} at {entry.where})"
         joint = plant["joints"].get(entry.where)
-        if joint and not joint.is_hydraulic and isinstance(entry, HYDRAULIC_ONLY):
+        if joint and isinstance(entry, HYDRAULIC_ONLY) and not (joint.is_hydraulic or _presses(joint, entry)):
             yield f"{label} needs a hydraulic actuator there"
         if entry.where in ("supply", "link") and not plant.get(entry.where):
             yield f"{label} needs the section plant.{entry.where}"
         if (entry.effect, entry.where) in seen:
             yield f"{label} is there twice"
         seen.add((entry.effect, entry.where))
+
+
+def _presses(joint: Any, entry: EffectEntry) -> bool:
+    """A rod in a held chamber has no valve and no flow, but a seal."""
+    return isinstance(joint, Crosshead) and joint.area_m2 > 0 and isinstance(entry, PressureFriction)
 
 
 def _with_kind(entry: Any, kind: str) -> Any:

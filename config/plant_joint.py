@@ -1,4 +1,5 @@
-"""The `plant.joints` section: what drives each joint. `actuator` chooses: `rotary`, `cylinder`, `force` or `torque`."""
+"""The `plant.joints` section: what drives each joint. `actuator` chooses: `rotary`, `cylinder`, `force`, `torque`, or for motion
+that is imposed from outside `turntable` and `crosshead`."""
 
 from __future__ import annotations
 
@@ -29,6 +30,7 @@ class PlantJoint(Section):
 
     motion: ClassVar[str]
     is_hydraulic: ClassVar[bool] = False
+    is_imposed: ClassVar[bool] = False  # its measured motion goes into the simulation
     travel: tuple[float, float]
     initial: float
     stop_stiffness: float
@@ -125,15 +127,36 @@ class TorqueActuator(RotaryPlantJoint):
     inertia_kg_m2: float = quantity("kg*m^2", "turning inertia", low=1e-9, high=1e7)
 
 
+class Turntable(RotaryPlantJoint):
+    """The joint turns as it was measured, whatever acts on it: for data in which only what hangs on the joint is in question."""
+
+    is_imposed: ClassVar[bool] = True
+    actuator: Literal["turntable"]
+
+
+class Crosshead(LinearPlantJoint):
+    """The joint slides as it was measured: a testing machine moves a rod, or the slide is clamped. With an area, the rod presses on a
+    chamber whose pressure is measured, and the command is the load cell's force that pushes the rod into the chamber."""
+
+    is_imposed: ClassVar[bool] = True
+    actuator: Literal["crosshead"]
+    area_m2: float = quantity("m^2", "of the rod in the chamber; 0: there is no chamber", 0.0, low=0, high=10)
+    gain_N_per_V: float = quantity("N/V", "load cell's force per command", 1.0, low=-1e6, high=1e6)
+    full_scale_V: float = quantity("V", "end of the load cell's range", 1000.0, low=0.01, high=1e6)
+    mass_kg: float = quantity("kg", "of what the load cell moves", 0.0, low=0, high=1e6)
+
+
 AnyPlantJoint = Annotated[
     Annotated[RotaryActuator, Tag("rotary")]
     | Annotated[Cylinder, Tag("cylinder")]
     | Annotated[ForceActuator, Tag("force")]
-    | Annotated[TorqueActuator, Tag("torque")],
+    | Annotated[TorqueActuator, Tag("torque")]
+    | Annotated[Turntable, Tag("turntable")]
+    | Annotated[Crosshead, Tag("crosshead")],
     chosen_by("actuator"),
 ]
 
-_MOTIONS = {"rotary": "rotary", "torque": "rotary", "cylinder": "linear", "force": "linear"}
+_MOTIONS = {"rotary": "rotary", "torque": "rotary", "turntable": "rotary", "cylinder": "linear", "force": "linear", "crosshead": "linear"}
 
 
 def motion_of(joint: dict[str, Any]) -> str:

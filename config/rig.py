@@ -82,7 +82,7 @@ class Arm(Section):
 class LinkMode(Section):
     """What the controller believes about the flexible link: gives the frequency the shapers use."""
 
-    bending_stiffness_N_m2: float = quantity("N*m^2", "EI of the link", low=1, high=1e7)
+    bending_stiffness_N_m2: float = quantity("N*m^2", "EI of the link", low=1e-3, high=1e7)
     mass_per_length_kg_per_m: float = quantity("kg/m", "rho A of the link", low=0.01, high=200)
     payload_kg: float = quantity("kg", "mass at the tip", low=0, high=1000)
     damping_ratio: float = quantity("", "structural damping ratio of the first mode", 0.005, low=0, high=0.5)

@@ -18,6 +18,8 @@ from sim_backend.compiled import Function
 from sim_backend.layout import (
     D_STRIDE,
     DIFFERENTIAL,
+    J_START,
+    J_STRIDE,
     S_START,
     S_STRIDE,
     SENSOR_RING,
@@ -27,16 +29,18 @@ from sim_backend.layout import (
     C,
     D,
     H,
+    J,
     S,
     Signal,
     Vector,
     X,
 )
 from sim_backend.parameters import Parameters
+from sim_backend.rates import IMPOSED
 from sim_backend.sensors import raw_counts
-from sim_backend.work import WORK
+from sim_backend.work import W_STRIDE, WORK, W
 
-TARGETS = 6  # measured values at a window's start: two positions, two velocities, tip deflection and its rate
+TARGETS = 8  # measured at every row: two positions, two velocities, tip deflection and its rate, two accelerations
 _UNROUNDED = 1e-6  # share of the declared resolution to which readings are rounded here: out of sight, kept for its range
 
 Array = NDArray[np.float64]
@@ -46,7 +50,8 @@ Array = NDArray[np.float64]
 class WindowPlan:
     """What is simulated: commands (rows × 2 slots, V), first row of every window, rows a window, one reading every `every` rows.
 
-    `targets`: rows × TARGETS, the measured motion at every row (NaN: carried like everything else).
+    `targets`: rows × TARGETS, the measured motion at every row (NaN: carried like everything else). Accelerations are for joints whose
+    motion is imposed; these follow their measured motion at every row.
     """
 
     commands_V: Array
@@ -85,7 +90,7 @@ def carry(start: Vector, p: Vector, plan: WindowPlan, keep: bool = False) -> tup
 def restart(kept: Array, p: Vector, plan: WindowPlan, state: int, change: float) -> Array:
     """Readings as those of `carry`, every window from its kept state with differential state number `state` moved by `change`."""
     out = np.empty((len(plan.starts), plan.samples, int(p[C.SENSORS])))
-    _restart(kept, p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, state, change, out)
+    _restart(kept, p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets, state, change, out)
     return out * _resolutions(p)
 
 
@@ -100,6 +105,16 @@ def _released(function: Function) -> Function:
 
 
 @_released
+def _impose(x: Vector, p: Vector, w: Vector, targets: Array, row: int) -> None:
+    """Put the joints whose motion is imposed on their measured motion."""
+    for slot in range(SLOTS):
+        if p[J_START + slot * J_STRIDE + J.KIND] == IMPOSED and not np.isnan(targets[row, 6 + slot]):
+            x[slot * D_STRIDE + D.POSITION] = targets[row, slot]
+            x[slot * D_STRIDE + D.VELOCITY] = targets[row, 2 + slot]
+            w[slot * W_STRIDE + W.IMPOSED_ACCELERATION] = targets[row, 6 + slot]
+
+
+@_released
 def _rows(
     x: Vector,
     p: Vector,
@@ -110,10 +125,12 @@ def _rows(
     last: int,
     every: int,
     period_s: float,
+    targets: Array,
     out: Array,
 ) -> None:
     """Advance from row `first` to row `last`; a reading every `every` rows goes into the next row of `out`, while there is one."""
     for row in range(first, last):
+        _impose(x, p, w, targets, row)
         sample = (row - first) // every
         if (row - first) % every == 0 and sample < out.shape[0]:
             raw_counts(x, p, period_s, out[sample])
@@ -198,12 +215,12 @@ def _carry(
     x[H.RESERVOIR : H.OIL + 1] += p[C.INITIAL_TEMPERATURE] - x[H.OIL]
     row = 0
     for i in range(starts.size):
-        _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, nothing)
+        _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, targets, nothing)
         _correct(x, p, targets, starts[i], period_s)
         if kept.shape[0] > 0:
             kept[i] = x
         row = starts[i] + rows
-        _rows(x, p, w, scratch, commands, starts[i], row, every, period_s, out[i])
+        _rows(x, p, w, scratch, commands, starts[i], row, every, period_s, targets, out[i])
 
 
 @_released
@@ -215,6 +232,7 @@ def _restart(
     rows: int,
     every: int,
     period_s: float,
+    targets: Array,
     state: int,
     change: float,
     out: Array,
@@ -224,4 +242,4 @@ def _restart(
     for i in range(starts.size):
         x = kept[i].copy()
         _move(x, p, state, change)
-        _rows(x, p, w, scratch, commands, starts[i], starts[i] + rows, every, period_s, out[i])
+        _rows(x, p, w, scratch, commands, starts[i], starts[i] + rows, every, period_s, targets, out[i])

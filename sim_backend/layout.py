@@ -72,7 +72,7 @@ class C(IntEnum):
 class J(IntEnum):
     """Parameters of one joint slot; force and length stand for torque and angle in slot 0."""
 
-    KIND = 0  # 0: slot not used, 1: hydraulic, 2: force actuator
+    KIND = 0  # 0: slot not used, 1: hydraulic, 2: force actuator, 3: motion imposed from outside
     LOW = 1
     HIGH = 2
     STOP_STIFFNESS = 3

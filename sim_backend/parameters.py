@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from config.effect_entry import EffectEntry
 from config.errors import PlantError
 from config.plant import Plant
-from config.plant_joint import Cylinder, ForceActuator, PlantJoint, RotaryActuator, TorqueActuator, Valve
+from config.plant_joint import Crosshead, Cylinder, ForceActuator, PlantJoint, RotaryActuator, TorqueActuator, Turntable, Valve
 from config.plant_sensor import Sensor
 from config.rig import Rig
 from sim_backend.chambers import ATMOSPHERE_PA
@@ -158,6 +158,18 @@ class Parameters:
             values[at + J.MASS] = mass
             values[at + J.FULL_SCALE] = joint.full_scale_V
             values[at + J.FORCE_GAIN] = gain * joint.full_scale_V
+            values[at + J.SLEW_RATE] = _UNLIMITED
+        elif isinstance(joint, (Crosshead, Turntable)):
+            self._write_imposed(at, joint)
+
+    def _write_imposed(self, at: int, joint: Crosshead | Turntable) -> None:
+        values = self.values
+        values[at + J.KIND] = 3.0
+        values[at + J.FULL_SCALE] = 1.0
+        if isinstance(joint, Crosshead):
+            values[at + J.AREA_A], values[at + J.MASS] = joint.area_m2, joint.mass_kg
+            values[at + J.FULL_SCALE] = joint.full_scale_V
+            values[at + J.FORCE_GAIN] = joint.gain_N_per_V * joint.full_scale_V
             values[at + J.SLEW_RATE] = _UNLIMITED
 
     def _write_actuator(self, at: int, joint: RotaryActuator | Cylinder) -> None:

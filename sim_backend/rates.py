@@ -10,10 +10,12 @@ from sim_backend.friction import drive_force, friction, stop_force
 from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, J, Vector, X
 from sim_backend.link import flexible_accelerations, rigid_accelerations
 from sim_backend.supply import LINE_RATE, supply_rates, valve_return, valve_supply
-from sim_backend.valve import land_flow, openings, spool_rates
+from sim_backend.valve import beyond_overlap, land_flow, openings, spool_rates
 from sim_backend.work import LINK_DAMPING, RETURN_AT_VALVE, SHAPE_ACCELERATION, SUPPLY_AT_VALVE, W_STRIDE, W
 
-HYDRAULIC = 1.0
+HYDRAULIC, IMPOSED = 1.0, 3.0
+_UNYIELDING = 1e9  # mass (kg) or inertia (kg m²) behind an imposed motion: nothing on the rig slows it
+_BALANCE_RATE = 1000.0  # 1/s; a held chamber takes the pressure that balances the load cell this fast
 
 
 @compiled
@@ -59,10 +61,29 @@ def chamber_rates(
 
 
 @compiled
+def imposed_force(y: Vector, d: Vector, slot: int, p: Vector, w: Vector, moves: float, step_s: float) -> tuple[float, float, float]:
+    """As joint_force, of a joint moved from outside: the drive is so heavy that the load follows the imposed acceleration. A load
+    cell's force (the command) pushes the rod into chamber A, whose pressure answers: A P_A = F + friction + m a."""
+    s, j, k = slot * D_STRIDE, J_START + slot * J_STRIDE, slot * W_STRIDE
+    acceleration = w[k + W.IMPOSED_ACCELERATION]
+    d[s + D.POSITION] = moves * y[s + D.VELOCITY]
+    if p[j + J.AREA_A] > 0.0:
+        pressure = y[s + D.PRESSURE_A]
+        rubbing, d[s + D.BRISTLE] = friction(
+            y[s + D.VELOCITY], y[s + D.BRISTLE], pressure, w[k + W.COULOMB], w[k + W.VISCOUS], p, j, step_s
+        )
+        pushed = p[j + J.FORCE_GAIN] * y[s + D.SPOOL] + (p[j + J.MASS] + p[j + J.EXTRA_MASS]) * acceleration
+        d[s + D.PRESSURE_A] = ((pushed + rubbing) / p[j + J.AREA_A] - pressure) * _BALANCE_RATE
+    return _UNYIELDING * acceleration, _UNYIELDING, 0.0
+
+
+@compiled
 def joint_force(y: Vector, d: Vector, slot: int, p: Vector, w: Vector, moves: float, step_s: float) -> tuple[float, float, float]:
     """Write the rates of one slot except its load's velocity. Returns the force on the load, the mass the drive train adds to
     the load's own, and the flow taken from the supply."""
     s, j, k = slot * D_STRIDE, J_START + slot * J_STRIDE, slot * W_STRIDE
+    if p[j + J.KIND] == IMPOSED:
+        return imposed_force(y, d, slot, p, w, moves, step_s)
     if p[j + J.VALVE_TIME] > 0.0:
         d[s + D.SPOOL], d[s + D.SPOOL_RATE] = spool_rates(y[s + D.SPOOL], y[s + D.SPOOL_RATE], w[k + W.WANTED], w[k + W.VALVE_RATE], p, j)
     backlash = p[j + J.GAP] > 0.0
@@ -73,7 +94,7 @@ def joint_force(y: Vector, d: Vector, slot: int, p: Vector, w: Vector, moves: fl
         force, taken = chamber_rates(y, d, s, p, j, w, k, slot, position, velocity, step_s)
         difference = y[s + D.PRESSURE_A] - y[s + D.PRESSURE_B]
     else:
-        force = p[j + J.FORCE_GAIN] * y[s + D.SPOOL]
+        force = p[j + J.FORCE_GAIN] * beyond_overlap(y[s + D.SPOOL], p[j + J.OVERLAP])
     rubbing, d[s + D.BRISTLE] = friction(velocity, y[s + D.BRISTLE], difference, w[k + W.COULOMB], w[k + W.VISCOUS], p, j, step_s)
     d[s + D.POSITION] = moves * load_v
     stop = stop_force(load, load_v, p, j)

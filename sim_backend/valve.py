@@ -39,11 +39,17 @@ def land_flow(pressure_drop: float, smoothing_squared: float) -> float:
 
 
 @compiled
+def beyond_overlap(spool: float, overlap: float) -> float:
+    """What is left of an opening (or of an electric drive's command) outside the dead band ±overlap."""
+    return max(spool - overlap, 0.0) + min(spool + overlap, 0.0)
+
+
+@compiled
 def openings(spool: float, p: Vector, j: int) -> tuple[float, float]:
     """Opening of the lands P→A with B→T, and P→B with A→T: overlap, then the rounded null o(x) = (x + sqrt(x² + ε²)) / 2."""
     overlap = p[j + J.OVERLAP]
     if overlap > 0.0:
-        spool = max(spool - overlap, 0.0) + min(spool + overlap, 0.0)
+        spool = beyond_overlap(spool, overlap)
     root = sqrt(spool * spool + p[j + J.ROUNDING] * p[j + J.ROUNDING])
     half = 0.5 * p[j + J.FLOW_ASYMMETRY]
     return (1.0 + half) * 0.5 * (root + spool), (1.0 - half) * 0.5 * (root - spool)

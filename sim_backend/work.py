@@ -23,6 +23,7 @@ class W(IntEnum):
     AIR_B = 10
     INVERSE_B = 11
     VALVE_RATE = 12  # 1 / time constant of the spool
+    IMPOSED_ACCELERATION = 13  # of a joint whose motion is imposed
 
 
 W_STRIDE = len(W)
