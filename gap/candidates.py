@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from config.effect_entry import EffectEntry, unit_at
 from config.plant import EFFECT_SECTIONS, Plant, effect_name
-from config.plant_joint import Cylinder, RotaryActuator
+from config.plant_joint import Crosshead, Cylinder, RotaryActuator
 from config.rig import Rig
 from config.section import yaml_key
 from config.signals import signal_measures
@@ -15,6 +15,8 @@ from gap.model import Free
 from sim_backend.effects.registry import REGISTRY
 
 GRAVITY_M_PER_S2 = 9.80665
+HELD_PRESSURE_PA = 1e6  # yardstick of a rod pressed into a held chamber
+RUBBING = ("coulomb_friction", "stiction", "viscous_friction", "asymmetric_friction", "pressure_friction", "inertia_error")
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,8 +246,12 @@ def _allowed(section: type[EffectEntry], plant: Plant, rig: Rig, where: str) -> 
         return False
     if name == "gravity":
         return where == next(iter(plant.joints))  # one entry tilts the whole arm
-    hydraulic = plant.joints[where].is_hydraulic
-    return hydraulic or (equation != FLOW and name not in ("pressure_friction", "valve_flow_asymmetry", "valve_deadband"))
+    joint = plant.joints[where]
+    if isinstance(joint, Crosshead):
+        return joint.area_m2 > 0 and name in RUBBING
+    if joint.is_imposed:
+        return False
+    return joint.is_hydraulic or (equation != FLOW and name not in ("pressure_friction", "valve_flow_asymmetry"))
 
 
 def _sizes(rig: Rig, plant: Plant, where: str) -> Sizes:
@@ -272,6 +278,8 @@ def _drive(joint: object, pressure: float) -> tuple[float, float]:
     if isinstance(joint, Cylinder):
         area = 0.785 * joint.bore_m**2
         return area, area * pressure
+    if isinstance(joint, Crosshead):
+        return joint.area_m2, joint.area_m2 * HELD_PRESSURE_PA
     gain = getattr(joint, "gain_N_per_V", None) or getattr(joint, "gain_N_m_per_V", 1.0)
     return 1.0, abs(gain * joint.full_scale_V)  # type: ignore[attr-defined]
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from config.errors import LogError
 from config.rig import Rig
-from gap.measured import Array, Channel, Measured
+from gap.measured import Array, Channel, Measured, runs
 
 LEAST_S = 2.0  # a log shorter than this has too few windows to decide anything
 LONG_GAP_S = 0.1  # the plant moves on its own in a gap; longer ones are named
@@ -70,7 +71,7 @@ def _time_problems(log: Measured) -> list[DataProblem]:
         found.append(DataProblem(f"only {log.duration_s:.2f} s of data; at least {LEAST_S:g} s are needed", "t_s", where, True))
     if log.backwards:
         found.append(DataProblem(f"{log.backwards} rows repeat or go back in time; they are left out", "t_s", where, False))
-    for start, length in _runs(log.missing):
+    for start, length in runs(log.missing):
         if length * log.period_s > LONG_GAP_S:
             what = f"gap of {length * log.period_s:.3f} s from t = {log.t_s[start]:.3f} s; windows there are left out"
             found.append(DataProblem(what, "t_s", where, False))
@@ -116,6 +117,8 @@ def _motion_problems(log: Measured, rig: Rig) -> list[DataProblem]:
         commands = log.commands_V[:, number]
         moves = _moves(channel)
         moved = moved or moves
+        if _is_imposed(rig, joint):
+            continue
         if not moves and np.ptp(commands) > 0.2 * _full_scale(rig, joint):
             what = f"does not change although {joint}.command_V spans {np.ptp(commands):.3g} V: stuck channel or locked joint"
             found.append(DataProblem(what, channel.name, where, True))
@@ -146,7 +149,7 @@ def quantum(channel: Channel) -> float:
 def _stuck(log: Measured, channel: Channel, commands: Array, threshold: float) -> list[DataProblem]:
     """One exact value for long while the command asks for motion."""
     still = np.concatenate([[False], np.diff(channel.values) == 0.0])
-    for start, length in _runs(still):
+    for start, length in runs(still):
         span = commands[start : start + length]
         if length * log.period_s > STUCK_S and np.abs(np.median(span)) > threshold:
             what = f"stands at exactly {channel.values[start]:.6g} for {length * log.period_s:.2f} s from t = {log.t_s[start]:.3f} s"
@@ -183,13 +186,11 @@ def _outside_travel(log: Measured, channel: Channel, rig: Rig, joint: str) -> li
     return [DataProblem(what, channel.name, str(log.path), True)]
 
 
+def _is_imposed(rig: Rig, joint: str) -> bool:
+    return rig.plant is not None and rig.plant.joints[joint].is_imposed
+
+
 def _full_scale(rig: Rig, joint: str) -> float:
     assert rig.plant is not None
-    plant = rig.plant.joints[joint]
+    plant: Any = rig.plant.joints[joint]
     return float(plant.valve.full_scale_V if hasattr(plant, "valve") else plant.full_scale_V)
-
-
-def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
-    """Start and length of every run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(start), int(end - start)) for start, end in zip(edges[::2], edges[1::2], strict=True)]

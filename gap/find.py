@@ -28,7 +28,7 @@ from gap.findings import as_text, constants, document, finding, not_seen
 from gap.fit import Evaluation, Fit, costing, evaluate, fit, mean_cost, unfitted
 from gap.found import Found
 from gap.localise import localise
-from gap.measured import Array, Measured, load
+from gap.measured import Array, Measured, compared, load
 from gap.model import Model
 from gap.model_file import improved, moved, width_key
 from gap.next_maneuver import QUICK, Rival, propose, rival_of
@@ -102,7 +102,7 @@ def _experiments(
     sensors = loaded.rig.plant.sensors
     names = [
         name
-        for name in every[0].channels
+        for name in compared(every[0].channels, loaded.rig)
         if all(name in log.channels and not censored(log.channels[name], sensors[name].low, sensors[name].high) for log in every)
     ]
     sigma = noise_floors(every, loaded.rig)

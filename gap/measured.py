@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 _FIELD_UNITS = {"pressure": ("_Pa", "Pa"), "acceleration": ("_mps2", "m/s^2"), "deflection": ("_m", "m")}
 _TABLES = (".csv", ".txt", ".tsv")
+BRIDGED_ROWS = 3  # lost rows in a row over which a straight line is drawn; the plant moves on its own in longer gaps
 MOST_MISSING = 0.5  # share of the grid without a row, above which the rate itself is in doubt
 
 
@@ -37,7 +38,8 @@ class Channel:
 class Measured:
     """One log. `commands_V`: rows × joints (order of rig.joints), held over missing rows; the grid `t_s` starts at the log's first time.
 
-    `missing` marks rows of the grid the log does not have.
+    `missing` marks rows of the grid in gaps too long to bridge; rows lost singly have no value in `channels` (they are not compared).
+    A joint whose motion is imposed needs no command (0 then).
     """
 
     path: Path
@@ -103,7 +105,9 @@ def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> 
     place = index[keep]
     missing = np.ones(rows, dtype=np.bool_)
     missing[place] = False
-    commands = np.column_stack([_held(path, columns, f"{joint}.command_V", keep, place, rows) for joint in rig.joints])
+    for start, length in runs(missing):
+        missing[start : start + length] = length > BRIDGED_ROWS
+    commands = np.column_stack([_command(path, columns, rig, joint, keep, place, rows) for joint in rig.joints])
     jitter = float(np.max(np.abs((t - t[0] - index * period)[keep])))
     grid: Array = float(t[0]) + period * np.arange(rows, dtype=np.float64)
     channels = _channels(columns, rig, keep, place, rows)
@@ -121,6 +125,21 @@ def _times(path: Path, columns: Mapping[str, Array]) -> Array:
     return t
 
 
+def compared(channels: Iterable[str], rig: Rig) -> list[str]:
+    """Of these channels, those the simulation predicts: a motion that is imposed goes into it."""
+    imposed = {f"{name}.position" for name, joint in (rig.plant.joints if rig.plant else {}).items() if joint.is_imposed}
+    return [name for name in channels if name not in imposed]
+
+
+def _command(
+    path: Path, columns: Mapping[str, Array], rig: Rig, joint: str, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int
+) -> Array:
+    name = f"{joint}.command_V"
+    if rig.plant and rig.plant.joints[joint].is_imposed and not np.any(np.isfinite(columns.get(name, np.empty(0)))):
+        return np.zeros(rows)
+    return _held(path, columns, name, keep, place, rows)
+
+
 def _held(path: Path, columns: Mapping[str, Array], name: str, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int) -> Array:
     if name not in columns or not np.any(np.isfinite(columns[name])):
         raise LogError(f"the log has no {name}", where=str(path), next_step="The command that acted is the input of every comparison.")
@@ -129,6 +148,23 @@ def _held(path: Path, columns: Mapping[str, Array], name: str, keep: NDArray[np.
     values[0] = values[np.isfinite(values)][0]
     last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(rows), 0))
     return values[last]
+
+
+def bridged(values: Array) -> Array:
+    """Values with a straight line over at most BRIDGED_ROWS lost ones; NaN stays in longer gaps."""
+    lost = np.isnan(values)
+    rows = np.arange(len(values))
+    filled = np.interp(rows, rows[~lost], values[~lost]) if not lost.all() else values.copy()
+    for start, length in runs(lost):
+        if length > BRIDGED_ROWS:
+            filled[start : start + length] = np.nan
+    return np.asarray(filled)
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Start and length of every run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(start), int(end - start)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _oil(columns: Mapping[str, Array]) -> float | None:

@@ -15,11 +15,12 @@ from scipy.signal import savgol_filter
 
 from config.errors import LogError
 from config.rig import Rig
-from gap.measured import Array, Measured
+from gap.measured import Array, Measured, bridged
 from sim_backend.batch import TARGETS, WindowPlan, carry, quiet, restart
 from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, J, Vector, X
 from sim_backend.parameters import Parameters
 from sim_backend.plant import SimulatedRig
+from sim_backend.rates import IMPOSED
 
 SAMPLE_RATE_HZ = 350.0  # readings compared; commands act at the log's own rate
 SLOPE_SPAN_S = 0.03  # span of the local parabola that gives velocities at a window's start
@@ -127,7 +128,9 @@ def marginalised(experiment: Experiment, p: Vector) -> Projection:
         moved = list(pool.map(lambda s: restart(kept, p, experiment.plan, s.number, s.sd), states))
     there = np.isfinite(experiment.measured)
     columns = [np.where(there, ((m - base)[:, :, experiment.columns]) / experiment.sigma, 0.0) for m in moved]
-    a = np.stack([np.nan_to_num(column).reshape(experiment.windows, -1) for column in columns], axis=2)
+    values = experiment.measured[0].size
+    blank = np.empty((experiment.windows, values, 0))
+    a = np.stack([np.nan_to_num(column).reshape(experiment.windows, -1) for column in columns], axis=2) if columns else blank
     gain = np.linalg.solve(np.einsum("wnk,wnl->wkl", a, a) + np.eye(a.shape[2]), a.transpose(0, 2, 1))
     return Projection(a, gain)
 
@@ -137,7 +140,7 @@ def start_states(p: Vector, experiment: Experiment) -> list[StartState]:
     states = []
     for slot in range(SLOTS):
         kind = p[J_START + slot * J_STRIDE + J.KIND]
-        if kind == 0.0:
+        if kind in (0.0, IMPOSED):
             continue
         s = slot * D_STRIDE
         states += [StartState(s + D.POSITION, _POSITION_SD), StartState(s + D.VELOCITY, experiment.velocity_sd[slot])]
@@ -179,15 +182,18 @@ def _slot_commands(log: Measured, rig: Rig, parameters: Parameters) -> Array:
 
 
 def _targets(log: Measured, parameters: Parameters) -> Array:
-    """Measured positions, velocities and tip deflection at every row, from a local parabola; NaN next to rows that are missing."""
+    """Measured positions, velocities, accelerations and tip deflection at every row, from a local parabola; NaN next to rows that are
+    missing."""
     targets = np.full((log.rows, TARGETS), np.nan)
     places = {f"{joint}.position": (slot, 2 + slot) for joint, slot in parameters.slots.items()} | {"tip.deflection": (4, 5)}
     length = 2 * _slope_rows(log.period_s) + 1
     for name, (value, rate) in places.items():
         if name in log.channels:
-            read = log.channels[name].values
+            read = bridged(log.channels[name].values)
             targets[:, value] = savgol_filter(read, length, 2, mode="nearest")
             targets[:, rate] = savgol_filter(read, length, 2, deriv=1, delta=log.period_s, mode="nearest")
+            if value < SLOTS:
+                targets[:, 6 + value] = savgol_filter(read, length, 2, deriv=2, delta=log.period_s, mode="nearest")
     return targets
 
 
