@@ -48,7 +48,15 @@ class EncoderOptions(CanopenOptions):
     )
 
 
-class ValveOptions(CanopenOptions):
+class OutputOptions(CanopenOptions):
+    """What CANopen devices with outputs have."""
+
+    demand_proof: bool = Field(
+        default=True, description="arming demands that the device's safe state was proven since the daemon started (`longreach prove`)"
+    )
+
+
+class ValveOptions(OutputOptions):
     """canopen_valve_408. Output: spool, 1 = 100 %. Inputs: spool (16384 = 100 %) and status (the status word)."""
 
     safe_state: Literal["disabled", "hold"] = Field(
@@ -71,7 +79,7 @@ class ValveOptions(CanopenOptions):
     )
 
 
-class IoOptions(CanopenOptions):
+class IoOptions(OutputOptions):
     """canopen_io_401. Outputs: output_1 ... in volts. Inputs: input_1 ... in counts."""
 
     outputs: int = Field(default=4, ge=0, le=4, description="analogue outputs in use, from channel 1")
@@ -102,6 +110,15 @@ def canopen_options(name: str, device: Device) -> CanopenOptions:
 def canopen_devices(rig: Rig) -> dict[str, CanopenOptions]:
     """Every CANopen device of the rig with its options. ConfigError as canopen_options()."""
     return {name: canopen_options(name, device) for name, device in rig.devices.items() if device.driver in OPTIONS}
+
+
+def proofs(rig: Rig) -> dict[str, bool]:
+    """Every device whose safe state can be proven, and whether arming demands it. ConfigError as canopen_options()."""
+    return {
+        name: options.demand_proof
+        for name, options in canopen_devices(rig).items()
+        if isinstance(options, OutputOptions) and _has_outputs(options)
+    }
 
 
 def our_heartbeat_period_s(rig: Rig, bus: CanBus) -> float:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 
 from config.bus_budget import check_bus_budget
+from config.canopen_options import proofs
 from config.check_plant import check_plant
 from config.errors import ConfigError
 from config.finding import Finding
@@ -33,6 +34,7 @@ def check_rig(loaded: LoadedRig, today: datetime.date) -> list[Finding]:
         _link(rig),
         check_plant(rig),
         check_bus_budget(rig),
+        _proofs(rig),
         _maneuvers(rig),
     )
     return [schema, *(finding for check in checks for finding in check)]
@@ -116,6 +118,16 @@ def _interlocks(rig: Rig) -> Iterator[Finding]:
     for signal, key, limit in pairs:
         if signal in fitted and limit is None:
             yield Finding("warning", f"{signal} is measured but interlocks.{key} is not set: nothing stops the arm on it")
+
+
+def _proofs(rig: Rig) -> Iterator[Finding]:
+    try:
+        demanded = proofs(rig)
+    except ConfigError:
+        return  # the bus budget names what cannot be used
+    for name, wanted in demanded.items():
+        if not wanted:
+            yield Finding("warning", f"devices.{name}: demand_proof is false: it may be armed without knowing that it goes safe by itself")
 
 
 def _link(rig: Rig) -> Iterator[Finding]:

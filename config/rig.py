@@ -115,6 +115,9 @@ class Interlocks(Section):
     oil_temperature_max_C: float | None = quantity("degC", "reservoir temperature", None, low=-40, high=120)
     tip_acceleration_max_m_per_s2: float | None = quantity("m/s^2", "transverse tip acceleration", None, low=0, high=1000)
     disk_free_min_bytes: float = quantity("bytes", "free space where logs are written", 200e6, low=0)
+    proof_pressure_max_Pa: float = quantity(
+        "Pa", "most supply pressure during the proof of the safe state, in which valves open", 0.3e6, low=0, high=5e6
+    )
     plausibility: Plausibility = Plausibility()
 
     @field_validator("supply_pressure_max_Pa", "oil_temperature_max_C")

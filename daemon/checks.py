@@ -10,11 +10,13 @@ from typing import Any
 
 
 class Reaction(StrEnum):
-    """What a failed check does while armed, most severe first. Every one of them refuses arming."""
+    """What a failed check does while armed, most severe first. All but the last refuse arming."""
 
     FAULT = "fault"  # safe outputs at once, latched
     STOP_THEN_FAULT = "controlled stop, then fault"
     STOP = "controlled stop"
+    REFUSE = "refuses arming"  # and nothing while armed
+    WARN = "warning"  # told in `why` and in the log
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,16 +49,21 @@ class Check:
         age = values[self.age_index] if self.age_index is not None else None
         return {
             "name": self.name,
-            "ok": self.passes(values),
+            "ok": self.passes(values) or self.reaction is Reaction.WARN,
             "value": values[self.index],
             "limit": self.limit,
             "unit": self.unit,
             "source": self.source,
             "age_s": age,
-            "severity": "error",
+            "severity": self._severity(values),
             "reaction": str(self.reaction),
             "next_step": self.next_step,
         }
+
+    def _severity(self, values: Sequence[float]) -> str:
+        if self.reaction is not Reaction.WARN:
+            return "error"
+        return "info" if self.passes(values) else "warning"
 
     def sentence(self, values: Sequence[float]) -> str:
         """Name, value, limit, unit, source and what to do, for events and refusals."""
@@ -79,3 +86,7 @@ class CheckGroup:
             if not low <= values[index] <= high:
                 return next(check for check in self.checks if not check.passes(values))
         return None
+
+    def failed(self, values: Sequence[float]) -> list[Check]:
+        """Every check that does not pass."""
+        return [check for check in self.checks if not check.passes(values)]

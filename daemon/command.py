@@ -24,10 +24,14 @@ class StartRun:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """`leave`: controlled stop, disarm, and end the loop. `start` is a request for motion: it is announced first."""
+    """`leave`: controlled stop, disarm, and end the loop. `start` is a request for motion: it is announced first.
+
+    `countdown_s`: announcement of the event PROVE.
+    """
 
     event: Event = Event.NONE
     start: StartRun | None = None
+    countdown_s: float = 0.0
     leave: bool = False
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
 from config.errors import DaemonError
@@ -19,14 +19,16 @@ from control.signals import Mode
 from daemon.checks import Check, Reaction
 from daemon.command import Command
 from daemon.facts import Facts
-from daemon.interlocks import interlocks
+from daemon.interlocks import interlocks, proof_checks
 from daemon.journal import Journal, RunResult
 from daemon.modes import Event
+from daemon.proof_request import proof_answer, proof_countdown_s
 from daemon.start_request import start_run
 from daemon.status import StatusView
 
 ANSWER_LIMIT_S = 5.0  # a healthy loop answers within milliseconds; arming takes a quarter of a second
 LONGEST_WAIT_S = 3600.0
+LONGEST_PROOF_S = 15.0  # of all devices; one takes about half a second
 _SAFE_MODES = (Mode.DISARMED, Mode.FAULT)
 
 
@@ -56,6 +58,7 @@ class Desk:
         self.methods: dict[str, Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]] = {
             "status": self.status,
             "checks": self.checks,
+            "prove": self.prove,
             "arm": self.arm,
             "disarm": self.disarm,
             "reset": self.reset,
@@ -76,13 +79,26 @@ class Desk:
         values = self._values()
         return {"checks": [*(check.row(values) for check in self._checks), *self.host_rows]}
 
+    async def prove(self, params: dict[str, Any]) -> dict[str, Any]:
+        """Every device with outputs shows that it goes safe by itself. Answers with the results when it is over; raises only refusals."""
+        mode = self._mode()
+        if mode is not Mode.DISARMED:
+            advice = "`longreach reset` first." if mode is Mode.FAULT else "`longreach disarm` first."
+            raise DaemonError("proof refused", value=mode.name.lower(), limit="disarmed", next_step=advice)
+        countdown_s = proof_countdown_s(self._rig, params)
+        self._refuse_failed("proof refused", proof_checks(self._rig, self._facts))
+        before = self._journal.last_number
+        command = Command(Event.PROVE, countdown_s=countdown_s)
+        await self._send(command, lambda: self._mode() is not Mode.PROVING, ANSWER_LIMIT_S + countdown_s + LONGEST_PROOF_S)
+        return proof_answer(self._journal.since(before), self._mode())
+
     async def arm(self, params: dict[str, Any]) -> dict[str, Any]:
         """Answers when the arm holds its position. Refused with every check that fails."""
         mode = self._mode()
         if mode is not Mode.DISARMED:
             advice = "`longreach reset` first." if mode is Mode.FAULT else "It is armed already."
             raise DaemonError("arming refused", value=mode.name.lower(), limit="disarmed", next_step=advice)
-        self._refuse_failed("arming refused", tuple(Reaction))
+        self._refuse_failed("arming refused", [check for check in self._checks if check.reaction is not Reaction.WARN])
         await self._send(Command(Event.ARM), lambda: self._mode() is not Mode.ARMING)
         if self._mode() is not Mode.HOLDING:
             raise DaemonError("arming was given up", value=self._mode().name.lower(), next_step=self._journal.last_text("mode", "fault"))
@@ -114,7 +130,8 @@ class Desk:
             advice = {Mode.DISARMED: "Run `longreach arm` first.", Mode.FAULT: "Run `longreach reset`, then `longreach arm`."}
             text = advice.get(mode, "Wait until the run under way has ended, or `longreach stop` it.")
             raise DaemonError("start refused", value=mode.name.lower(), limit="holding with no run under way", next_step=text)
-        self._refuse_failed("start refused", (Reaction.STOP, Reaction.STOP_THEN_FAULT, Reaction.FAULT))
+        while_armed = (Reaction.STOP, Reaction.STOP_THEN_FAULT, Reaction.FAULT)
+        self._refuse_failed("start refused", [check for check in self._checks if check.reaction in while_armed])
         values = self._values()
         held = [values[self._facts.index(f"{joint}.reference")] for joint in self._rig.joints]
         start = await asyncio.to_thread(start_run, self._rig, self._runs + 1, params, held)  # a long program takes a while
@@ -168,25 +185,25 @@ class Desk:
     def _mode(self) -> Mode:
         return self._view.mode(self._values())
 
-    def _refuse_failed(self, what: str, reactions: tuple[Reaction, ...]) -> None:
+    def _refuse_failed(self, what: str, checks: Sequence[Check]) -> None:
         values = self._values()
-        failed = [check for check in self._checks if check.reaction in reactions and not check.passes(values)]
+        failed = [check for check in checks if not check.passes(values)]
         if failed:
             sentences = " ".join(check.sentence(values) for check in failed)
             names = ", ".join(check.name for check in failed)
-            raise DaemonError(f"{what}: {len(failed)} of {len(self._checks)} checks fail", value=names, next_step=sentences)
+            raise DaemonError(f"{what}: {len(failed)} of {len(checks)} checks fail", value=names, next_step=sentences)
 
-    async def _send(self, command: Command, done: Callable[[], bool]) -> None:
+    async def _send(self, command: Command, done: Callable[[], bool], limit_s: float = ANSWER_LIMIT_S) -> None:
         """Hand the loop a command and wait until it has carried it out and `done()`. DaemonError when it does not in time."""
         index = self._facts.index("commands")
         number = self._post(command)
         if not number:
             raise DaemonError("the loop does not fetch its commands", next_step="See `systemctl status longreachd`.")
-        limit = time.monotonic() + ANSWER_LIMIT_S
+        limit = time.monotonic() + limit_s
         while not (self._values()[index] >= number and done()):
             if time.monotonic() > limit:
                 value = self._mode().name.lower()
                 raise DaemonError(
-                    "the loop did not do it in time", value=value, limit=ANSWER_LIMIT_S, unit="s", next_step="Try `longreach estop`."
+                    "the loop did not do it in time", value=value, limit=limit_s, unit="s", next_step="Try `longreach estop`."
                 )
             await asyncio.sleep(0.005)

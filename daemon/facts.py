@@ -5,6 +5,9 @@ The same list is checked by the interlocks, published to the supervisor and show
 
 from __future__ import annotations
 
+from math import nan
+
+from config.canopen_options import proofs
 from config.rig import Rig
 from recording.layout import CycleLayout
 
@@ -39,9 +42,10 @@ class Facts:
         following = [f"{joint}.following_error" for joint in rig.joints]
         plausible = [f"{joint}.{fact}" for joint in rig.joints for fact in PLAUSIBILITY_FACTS]
         self.row_length = len(row)
-        self.names = (*row, *quality, *following, *plausible, *_LOOP_FACTS)
+        proven = [f"{device}.proven_s" for device in proofs(rig)]  # when its safe state was proven, in the loop's time
+        self.names = (*row, *quality, *following, *plausible, *_LOOP_FACTS, *proven)
         zeros = [0.0] * (len(following) + len(plausible) + len(_LOOP_FACTS))
-        self._blank = [*layout.blank(), *[2.0 for _ in quality], *zeros]
+        self._blank = [*layout.blank(), *[2.0 for _ in quality], *zeros, *[nan for _ in proven]]
         self._index = {name: number for number, name in enumerate(self.names)}
 
     def index(self, name: str) -> int:
@@ -52,5 +56,5 @@ class Facts:
         return name in self._index
 
     def blank(self) -> list[float]:
-        """Nothing measured yet: log row as layout.blank(), qualities BAD, the rest 0."""
+        """Nothing measured yet: log row as layout.blank(), qualities BAD, nothing proven, the rest 0."""
         return list(self._blank)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import inf
 
+from config.canopen_options import proofs
 from config.rig import Rig
 from daemon.checks import Check, Reaction
 from daemon.facts import Facts
@@ -23,6 +24,7 @@ def interlocks(rig: Rig, facts: Facts) -> tuple[Check, ...]:
     """Every check of this rig."""
     return (
         *_daemon_checks(rig, facts),
+        *_proof_demands(rig, facts),
         *_signal_checks(rig, facts),
         *plausibility_checks(rig, facts),
         *_oil_checks(rig, facts),
@@ -48,6 +50,32 @@ def _daemon_checks(rig: Rig, facts: Facts) -> Iterator[Check]:
     yield check("disk space", "disk.free_bytes", least, inf, "bytes", "log directory", Reaction.STOP, "Move old logs away.")
     silent = "See `systemctl status longreachd`; restart the daemon."
     yield check("supervisor alive", "supervisor.age_s", -inf, SUPERVISOR_AGE_LIMIT_S, "s", "supervisor", Reaction.STOP, silent)
+
+
+def proof_checks(rig: Rig, facts: Facts) -> tuple[Check, ...]:
+    """What must hold before and during the proof of the safe state: valves open, so no pressure may be there; and it must be logged."""
+    conditions = [check for check in _daemon_checks(rig, facts) if check.name in ("e-stop", "recorder lost")]
+    most, advice = rig.interlocks.proof_pressure_max_Pa, "Switch the pump off, close the shut-off valve and let the accumulator down."
+    for joint in pressure_is_measured(rig):
+        name = f"{joint}.supply_pressure"
+        signal, age = rig.signals[name], facts.index(f"{name}_age_s")
+        source, value = f"{signal.device}.{signal.channel}", facts.index(field_of_signal(name))
+        conditions.append(Check(f"{name} off", value, -inf, most, "Pa", source, Reaction.FAULT, advice, age))
+        conditions.append(Check(f"{name} age", age, -inf, signal.max_age_s, "s", source, Reaction.FAULT, f"Check {source}.", age))
+    return tuple(conditions)
+
+
+def pressure_is_measured(rig: Rig) -> list[str]:
+    """The joints whose supply pressure the rig measures."""
+    return [joint for joint in rig.joints if f"{joint}.supply_pressure" in rig.signals]
+
+
+def _proof_demands(rig: Rig, facts: Facts) -> Iterator[Check]:
+    advice = "Take the pressure off and run `longreach prove`; once after every start of the daemon."
+    for device, demanded in proofs(rig).items():
+        if demanded:
+            index = facts.index(f"{device}.proven_s")
+            yield Check(f"{device} safe state proven", index, 0, inf, "s since the start", device, Reaction.REFUSE, advice)
 
 
 def _signal_checks(rig: Rig, facts: Facts) -> Iterator[Check]:

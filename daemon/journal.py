@@ -53,6 +53,11 @@ class Journal:
         """Events after event `number`, oldest first."""
         return [event for event in self._events if event["n"] > number]
 
+    @property
+    def last_number(self) -> int:
+        """Of the newest event; 0 before the first."""
+        return self._last_number
+
     def last_text(self, *names: str) -> str:
         """Text of the newest event with one of these names; empty when there is none."""
         return next((str(event["text"]) for event in reversed(self._events) if event["name"] in names), "")

@@ -17,13 +17,13 @@ from daemon.command import CommandSource, StartRun
 from daemon.controller_port import ControllerPort
 from daemon.device_bank import DeviceBank
 from daemon.facts import Facts
-from daemon.interlocks import interlocks
 from daemon.log_stream import LogStream
 from daemon.mode_keeper import ModeKeeper
 from daemon.modes import Event
 from daemon.overrun import PHASES, OverrunPolicy
 from daemon.plausibility import Plausibility
 from daemon.recording_span import OUTPUTS_ACT, RecordingSpan
+from daemon.safe_state import SafeState
 from daemon.timing import Timing
 from recording.event import Level
 
@@ -64,7 +64,10 @@ class ControlLoop:
         self._controller = ControllerPort(rig, facts)
         self._plausibility = Plausibility(rig, facts)
         self._span = RecordingSpan(log, timing, self._overruns, rig.loop.rate_Hz, loop_facts or {}, standby)
-        self.keeper = ModeKeeper(interlocks(rig, facts), facts, log, 1.0 / rig.loop.rate_Hz, lambda: self._span.open(self._controller))
+        self.keeper = ModeKeeper(rig, facts, log, 1.0 / rig.loop.rate_Hz, lambda mode: self._span.open(mode, self._controller))
+        self._safe_state = SafeState(rig, bank.drivers, facts, log)
+        self._span.evidence = self._safe_state.evidence
+        self._countdown_s = 0.0  # of a proof that was asked for
         self.values = facts.blank()
         self._place_facts(facts)
         self.values[facts.index("estop_latched")] = 1.0
@@ -94,6 +97,7 @@ class ControlLoop:
 
     def end(self) -> None:
         """Safe outputs, recording closed, devices given back."""
+        self._safe_state.give_up()
         try:
             self._bank.safe()
         finally:
@@ -181,6 +185,12 @@ class ControlLoop:
         if mode is Mode.ARMING:
             self._activated = True
             self._guarded("activate", self._bank.activate)
+        elif mode is Mode.PROVING:
+            self.keeper.conditions.proof_over = False
+            self._safe_state.begin(self.values, self._countdown_s)
+        elif before is Mode.PROVING:
+            self._safe_state.give_up()
+            self._guarded("safe", self._bank.safe)
         elif mode not in OUTPUTS_ACT and before in OUTPUTS_ACT:
             self._guarded("safe", self._bank.safe)
 
@@ -190,12 +200,15 @@ class ControlLoop:
         keeper.conditions.finished, keeper.conditions.at_rest = outputs.finished, outputs.stopped
 
     def _write(self, now_ns: int) -> None:
-        if self.keeper.mode not in OUTPUTS_ACT:
-            return
+        mode = self.keeper.mode
         try:
-            self._bank.write(self._controller.volts, now_ns)
+            if mode in OUTPUTS_ACT:
+                self._bank.write(self._controller.volts, now_ns)
+            elif mode is Mode.PROVING:
+                self._safe_state.step(self.values)
+                self.keeper.conditions.proof_over = self._safe_state.over
         except Exception as error:  # whatever a driver raises
-            self._device_failed("write", error)
+            self._device_failed("write" if mode is not Mode.PROVING else "the proof", error)
 
     def _measure(self, *lengths_ns: int) -> None:
         """Lateness and the lengths of reading, computing and writing: into the row and the histograms."""
@@ -219,7 +232,7 @@ class ControlLoop:
             return
         self._commands_done += 1
         self._urgent = True
-        self._event = command.event
+        self._event, self._countdown_s = command.event, command.countdown_s
         self.keeper.conditions.leaving |= command.leave
         if command.start is not None:
             self._prepare(command.start)
@@ -235,6 +248,7 @@ class ControlLoop:
         if self.keeper.mode is not Mode.FAULT:
             self._span.mode_changed()
         self.keeper.fail(f"a device refused {verb}: {error}")
+        self._safe_state.give_up()
         self._guarded("safe", self._bank.safe)
 
     def _guarded(self, verb: str, action: Callable[[], None]) -> None:

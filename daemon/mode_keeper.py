@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
+from config.rig import Rig
 from control.run_plan import RunPlan
 from control.signals import Mode
 from daemon.checks import Check, CheckGroup, Reaction
 from daemon.facts import Facts
+from daemon.interlocks import interlocks, proof_checks
 from daemon.log_stream import LogStream
 from daemon.modes import Conditions, Event, update
 from daemon.run_watch import RunWatch
@@ -15,21 +17,23 @@ from recording.event import Level
 
 ARMING_S = 0.25  # checks must pass this long before the arm holds
 LONGEST_STOP_S = 5.0  # of a controlled stop; after it the outputs are made safe
+_STOPS = (Reaction.STOP_THEN_FAULT, Reaction.STOP, Reaction.REFUSE)
 
 
 class ModeKeeper:
     """`mode` of the cycle under way; `run` is the run that was asked for last."""
 
-    def __init__(self, checks: Sequence[Check], facts: Facts, log: LogStream, period_s: float, open_recording: Callable[[], None]) -> None:
-        """`open_recording` is called when arming begins, before that is told, so that the log begins with it."""
+    def __init__(self, rig: Rig, facts: Facts, log: LogStream, period_s: float, open_recording: Callable[[Mode], None]) -> None:
+        """`open_recording` is called when arming or a proof begins, before that is told, so that the log begins with it."""
         self.mode = Mode.DISARMED
         self.conditions = Conditions()
         self.run = RunWatch(period_s)
         self.why_fault = ""
         self._log = log
         self._open_recording = open_recording
-        self.checks = tuple(checks)
-        self._groups = {reaction: CheckGroup(each for each in checks if each.reaction is reaction) for reaction in Reaction}
+        self.checks = interlocks(rig, facts)
+        self._groups = {reaction: CheckGroup(each for each in self.checks if each.reaction is reaction) for reaction in Reaction}
+        self._for_proof = CheckGroup(proof_checks(rig, facts))
         self._failed: dict[Reaction, Check | None] = dict.fromkeys(Reaction)
         self._estop = facts.index("estop_latched")
         self._arming_cycles = round(ARMING_S / period_s)
@@ -75,7 +79,8 @@ class ModeKeeper:
         now.fault = self._failed[Reaction.FAULT] is not None
         now.stop = self._failed[Reaction.STOP] is not None
         now.fault_at_rest = self._failed[Reaction.STOP_THEN_FAULT] is not None
-        now.checks_pass = not (now.fault or now.stop or now.fault_at_rest)
+        now.checks_pass = not (now.fault or now.stop or now.fault_at_rest or self._failed[Reaction.REFUSE])
+        now.may_prove = self._for_proof.first_failed(values) is None
         now.settled = self._cycles_in_mode >= self._arming_cycles
         now.overdue = self._cycles_in_mode > self._longest_stop_cycles
 
@@ -101,13 +106,15 @@ class ModeKeeper:
     def _changed(self, before: Mode, event: Event, values: list[float], missed_periods: int) -> None:
         reason = self._reason(before, event, values)
         self._cycles_in_mode = 0
-        if self.mode is Mode.ARMING:
-            self._open_recording()
+        if self.mode in (Mode.ARMING, Mode.PROVING):
+            self._open_recording(self.mode)
         if self.mode is Mode.FAULT:
             self._tell_fault(before, reason)
         else:
             because = f": {reason}" if reason else ""
             self._log.event(Level.INFO, "mode", f"{before.name.lower()} → {self.mode.name.lower()}{because}", {"mode": self.mode})
+        if self.mode is Mode.ARMING:
+            self._warn(values)
         if self.mode is Mode.RUNNING:
             self.run.begin(missed_periods)
             self._log.event(Level.INFO, "run_started", f"run {self.run.number} moves", {"run": self.run.number})
@@ -118,6 +125,8 @@ class ModeKeeper:
         """Why the mode changed, most serious first."""
         if event is Event.ESTOP:
             return "e-stop was asked for"
+        if before is Mode.PROVING:
+            return self._reason_of_end(event, values)
         if self.mode is Mode.FAULT and self.conditions.fault:
             return self._sentence(Reaction.FAULT, values)
         if self.mode is Mode.FAULT and self.conditions.overdue and before is Mode.STOPPING:
@@ -129,8 +138,20 @@ class ModeKeeper:
             return sentence
         return "the daemon ends" if self.conditions.leaving else ""
 
+    def _reason_of_end(self, event: Event, values: list[float]) -> str:
+        """Of a proof."""
+        failed = self._for_proof.first_failed(values)
+        if failed is not None:
+            return f"the proof was given up: {failed.sentence(values)}"
+        return "the proof is over" if self.conditions.proof_over else f"{event.name.lower()} was asked for" if event else "the daemon ends"
+
+    def _warn(self, values: list[float]) -> None:
+        """What arming goes on in spite of stands in the log."""
+        for check in self._groups[Reaction.WARN].failed(values):
+            self._log.event(Level.WARNING, "check", check.sentence(values))
+
     def _failed_stop(self, values: list[float]) -> str:
-        return self._sentence(Reaction.STOP_THEN_FAULT, values) or self._sentence(Reaction.STOP, values)
+        return next(filter(None, (self._sentence(reaction, values) for reaction in _STOPS)), "")
 
     def _sentence(self, reaction: Reaction, values: list[float]) -> str:
         check = self._failed[reaction]

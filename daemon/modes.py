@@ -3,6 +3,7 @@
 DISARMED --arm--> ARMING --settled--> HOLDING --start--> RUNNING --stop--> STOPPING --at rest--> HOLDING
                                         ^                   |
                                         +-----finished------+
+DISARMED --prove--> PROVING --over--> DISARMED: outputs are moved a little, with the hydraulic pressure off, to see them go safe.
 FAULT: from anywhere, latched; only a reset leaves it, always to DISARMED. Nothing leads to motion but `start` while HOLDING.
 """
 
@@ -24,6 +25,7 @@ class Event(IntEnum):
     STOP = 4
     ESTOP = 5
     RESET = 6
+    PROVE = 7
 
 
 @dataclass(slots=True)
@@ -37,6 +39,8 @@ class Conditions:
     settled: bool = False  # arming has lasted long enough
     finished: bool = False  # the run has come to rest at its end
     at_rest: bool = False  # the controlled stop has
+    may_prove: bool = True  # the pressure is off, and what else a proof of the safe state needs
+    proof_over: bool = False
     overdue: bool = False  # the controlled stop takes too long
     leaving: bool = False  # the daemon ends: controlled stop, then disarm
 
@@ -48,7 +52,9 @@ def update(mode: Mode, event: Event, now: Conditions) -> Mode:
     if mode is Mode.FAULT:
         return Mode.DISARMED if event is Event.RESET else Mode.FAULT
     if mode is Mode.DISARMED:
-        return Mode.ARMING if event is Event.ARM and now.checks_pass and not now.leaving else Mode.DISARMED
+        return _disarmed(event, now)
+    if mode is Mode.PROVING:
+        return _proving(event, now)
 
     # ARMING, HOLDING, RUNNING, STOPPING: outputs act
     if now.fault:
@@ -56,6 +62,20 @@ def update(mode: Mode, event: Event, now: Conditions) -> Mode:
     if event is Event.DISARM:
         return Mode.DISARMED
     return _ARMED[mode](event, now)
+
+
+def _disarmed(event: Event, now: Conditions) -> Mode:
+    if event is Event.ARM and now.checks_pass and not now.leaving:
+        return Mode.ARMING
+    return Mode.PROVING if event is Event.PROVE and now.may_prove and not now.leaving else Mode.DISARMED
+
+
+def _proving(event: Event, now: Conditions) -> Mode:
+    """Valves are open: should pressure come, that is a fault and not only the end of the proof."""
+    if not now.may_prove:
+        return Mode.FAULT
+    given_up = event in (Event.DISARM, Event.STOP, Event.RESET) or now.leaving
+    return Mode.DISARMED if given_up or now.proof_over else Mode.PROVING
 
 
 def _arming(event: Event, now: Conditions) -> Mode:

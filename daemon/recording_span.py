@@ -1,13 +1,13 @@
 """When a recording begins and ends.
 
 One covers the time from arming until the outputs no longer act, and a little longer after a fault; a long one is cut between two runs,
-because a file's index grows with it and because a file is what gets sent. Between these, where the daemon runs as a service, the rows
-go on in standby recordings, cut every ten minutes, of which the recorder keeps only the newest.
+because a file's index grows with it and because a file is what gets sent. A proof of the safe state has one of its own. Between these,
+where the daemon runs as a service, the rows go on in standby recordings, cut every ten minutes, of which only the newest are kept.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from control.signals import Mode
 from daemon.controller_port import ControllerPort
@@ -19,6 +19,8 @@ FAULT_TAIL_S = 2.0
 STANDBY_S = 600.0  # length of one standby recording
 ARMED_S = 1800.0  # an armed recording is cut when the arm holds still after this
 OUTPUTS_ACT = (Mode.ARMING, Mode.HOLDING, Mode.RUNNING, Mode.STOPPING)
+_RECORDED = (*OUTPUTS_ACT, Mode.PROVING)
+_SPANS = {Mode.ARMING: "armed", Mode.PROVING: "proof"}
 
 
 class RecordingSpan:
@@ -35,13 +37,14 @@ class RecordingSpan:
         self._loop_facts = dict(loop_facts)
         self._standby = standby
         self._in_standby = False
+        self.evidence: Callable[[], Mapping[str, bytes]] = dict  # what else every recording gets, by name, as JSON
         self._left = 0  # cycles until this recording is cut
         self._tail = 0
         self._mark()
 
-    def open(self, controller: ControllerPort) -> None:
-        """Call in the first cycle of arming, before the controller steps: its state now is what re-execution starts from."""
-        self._open("armed", ARMED_S, controller)
+    def open(self, mode: Mode, controller: ControllerPort) -> None:
+        """Call in the first cycle of arming or proving, before the controller steps: its state now is what re-execution starts from."""
+        self._open(_SPANS[mode], ARMED_S, controller)
 
     def renew(self, mode: Mode, controller: ControllerPort) -> None:
         """Once a cycle, before the controller steps: see to it that the row of this cycle has a recording, and not too long a one."""
@@ -50,16 +53,18 @@ class RecordingSpan:
             return
         if mode is Mode.HOLDING:
             self._open("armed", ARMED_S, controller)
-        elif self._standby and mode not in OUTPUTS_ACT and (not self._log.recording or self._in_standby):
+        elif self._standby and mode not in _RECORDED and (not self._log.recording or self._in_standby):
             self._open("standby", STANDBY_S, controller)
 
     def _open(self, span: str, length_s: float, controller: ControllerPort) -> None:
-        self.close("continued in the next recording" if self._in_span(span) else "armed")
+        self.close("continued in the next recording" if self._in_span(span) else span)
         self._in_standby = span == "standby"
         self._left = round(length_s * self._rate_Hz)
         self._mark()
         self._timing.clear()
         self._log.open(controller.snapshot(), {"span": span, **self._loop_facts})
+        for name, content in self.evidence().items():
+            self._log.attach(name, "application/json", content)
 
     def _in_span(self, span: str) -> bool:
         return self._log.recording and self._in_standby == (span == "standby")
@@ -69,7 +74,7 @@ class RecordingSpan:
 
     def follow(self, mode: Mode) -> bool:
         """Once a cycle, after its row was sent: True while nothing keeps the loop from ending."""
-        if mode in OUTPUTS_ACT:
+        if mode in _RECORDED:
             return False
         if self._in_standby:
             return True

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import nan
 from typing import Any
 
+from config.canopen_options import proofs
 from config.rig import Rig
 from control.kinematics import forward
 from control.signals import Mode
@@ -21,6 +22,7 @@ class StatusView:
 
     def __init__(self, rig: Rig, facts: Facts, timing: Timing) -> None:
         self._rig, self._facts, self._timing = rig, facts, timing
+        self._proofs = proofs(rig)
         self._values: Sequence[float] = facts.blank()
 
     def status(self, values: Sequence[float], uptime_s: float, journal: Journal) -> dict[str, Any]:
@@ -39,6 +41,9 @@ class StatusView:
             "tip": self._tip(),
             "supply": {name: self._supply(name) for name in self._rig.joints},
             "reservoir_temperature_C": self._fact("reservoir_temperature_C"),
+            "safe_state": {
+                name: {"demanded": demanded, "proven_s": self._fact(f"{name}.proven_s")} for name, demanded in self._proofs.items()
+            },
             "loop": self._loop(),
             "fault": journal.fault if mode is Mode.FAULT else None,
         }

@@ -22,7 +22,7 @@ class Field:
 CYCLE_FIELDS = (
     Field("cycle", "uint64", "", "executed cycles since the loop started, contiguous"),
     Field("t_s", "float64", "s", "deadline of this cycle since the loop started; jumps where periods were skipped"),
-    Field("mode", "uint8", "", "0 disarmed, 1 arming, 2 holding, 3 running, 4 stopping, 5 fault"),
+    Field("mode", "uint8", "", "0 disarmed, 1 arming, 2 holding, 3 running, 4 stopping, 5 fault, 6 proving"),
     Field("maneuver", "uint32", "", "number n of the run (attachments run-n.json, maneuver-n.yaml); 0 none"),
     Field("segment", "uint32", "", "segment of the run's plan, 1 the first; 0 outside runs"),
     Field("late_us", "float64", "us", "start of the cycle after its deadline"),

@@ -18,7 +18,15 @@ from daemon.cli.connection import add_json_option, ask, connect
 from daemon.past_checks import checks_at
 from recording.reader import read_log
 
-_MODE_STYLE = {"disarmed": "white", "arming": "yellow", "holding": "cyan", "running": "green", "stopping": "yellow", "fault": "red bold"}
+_MODE_STYLE = {
+    "disarmed": "white",
+    "arming": "yellow",
+    "holding": "cyan",
+    "running": "green",
+    "stopping": "yellow",
+    "fault": "red bold",
+    "proving": "yellow",
+}
 _SHOWN_IN = {"rad": (180.0 / math.pi, "deg"), "m": (1e3, "mm")}
 
 

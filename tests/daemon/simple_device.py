@@ -15,7 +15,8 @@ class SimpleDevice:
         self.name = name
         self.rig = rig
         self.inputs = tuple(signal.channel for signal in rig.signals.values() if signal.device == name)
-        self.outputs = tuple(f"{joint}.command" for joint in rig.joints)
+        self.joints = tuple(joint for joint, output in rig.outputs.items() if output.device == name)
+        self.outputs = tuple(rig.outputs[joint].channel for joint in self.joints)
         self.signal_of = {signal.channel: key for key, signal in rig.signals.items() if signal.device == name}
         self.positions = {joint: 0.5 * (limits.travel[0] + limits.travel[1]) for joint, limits in rig.joints.items()}
         self.override: dict[str, float] = {}
@@ -65,9 +66,9 @@ class SimpleDevice:
 
     def _move(self) -> None:
         """Rate = command / feed-forward gain: the joint the servo was designed for."""
-        for (joint, position), volts in zip(self.positions.items(), self.written or [0.0] * len(self.positions), strict=True):
+        for joint, volts in zip(self.joints, self.written or [0.0] * len(self.joints), strict=True):
             gain = 1.0 / self.rig.servo[joint].velocity_feedforward if self.rig.servo[joint].velocity_feedforward else 1.0
-            self.positions[joint] = position + volts * gain / self.rig.loop.rate_Hz
+            self.positions[joint] += volts * gain / self.rig.loop.rate_Hz
 
     def _value(self, key: str) -> float:
         part, _, what = key.rpartition(".")

@@ -14,7 +14,8 @@ from daemon.modes import Conditions, Event, update
 NAMES = [field.name for field in fields(Conditions)]
 # Where each mode can go at all. A mode or a way that is not here is a mistake.
 WAYS = {
-    Mode.DISARMED: {Mode.DISARMED, Mode.ARMING, Mode.FAULT},
+    Mode.DISARMED: {Mode.DISARMED, Mode.ARMING, Mode.PROVING, Mode.FAULT},
+    Mode.PROVING: {Mode.PROVING, Mode.DISARMED, Mode.FAULT},
     Mode.ARMING: {Mode.ARMING, Mode.HOLDING, Mode.DISARMED, Mode.FAULT},
     Mode.HOLDING: {Mode.HOLDING, Mode.RUNNING, Mode.DISARMED, Mode.FAULT},
     Mode.RUNNING: {Mode.RUNNING, Mode.STOPPING, Mode.HOLDING, Mode.DISARMED, Mode.FAULT},
@@ -61,9 +62,29 @@ def test_arming_begins_only_with_arm_while_every_check_passes() -> None:
             assert not now.leaving
 
 
+def test_a_proof_begins_only_with_prove_while_disarmed_and_what_it_needs_holds() -> None:
+    for mode, event, now, after in everything():
+        if after is Mode.PROVING and mode is not Mode.PROVING:
+            assert (mode, event) == (Mode.DISARMED, Event.PROVE)
+            assert now.may_prove
+            assert not now.leaving
+
+
+def test_a_proof_is_given_up_by_everything_an_operator_can_ask_to_end_it_and_never_leads_to_arming() -> None:
+    for mode, event, now, after in everything():
+        if mode is not Mode.PROVING:
+            continue
+        if not now.may_prove or event is Event.ESTOP:
+            assert after is Mode.FAULT, "pressure came while valves were open"
+        elif event in (Event.DISARM, Event.STOP, Event.RESET) or now.leaving or now.proof_over:
+            assert after is Mode.DISARMED
+        else:
+            assert after is Mode.PROVING
+
+
 def test_a_fault_condition_ends_every_mode_in_which_outputs_act() -> None:
     for mode, _, now, after in everything():
-        if now.fault and mode not in (Mode.DISARMED, Mode.FAULT):
+        if now.fault and mode not in (Mode.DISARMED, Mode.FAULT, Mode.PROVING):  # without pressure its check fails, as it must
             assert after is Mode.FAULT
 
 

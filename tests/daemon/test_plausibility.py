@@ -150,7 +150,7 @@ def test_reactions_are_those_of_the_rig_file_and_absent_limits_are_not_checked()
 
 
 def test_reactions_are_ordered_by_severity() -> None:
-    assert list(Reaction) == [Reaction.FAULT, Reaction.STOP_THEN_FAULT, Reaction.STOP]
+    assert list(Reaction) == [Reaction.FAULT, Reaction.STOP_THEN_FAULT, Reaction.STOP, Reaction.REFUSE, Reaction.WARN]
 
 
 def largest_shares(request: dict[str, Any], directory: Path) -> tuple[Verdict, str, float]:
