@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 
+from config.driver_options import options_schema
 from config.errors import ConfigError
 from config.nearest import nearest_text
 from config.rig import Rig
@@ -70,7 +71,7 @@ def _known_keys(content: Any, path: Path) -> dict[str, str | int]:
     value = content
     for part in path:
         value = value.get(part) if isinstance(value, dict) else value[part] if isinstance(value, list) and isinstance(part, int) else None
-    annotation = bare(place_of_path(Rig, path, content).annotation)
+    annotation = bare(_annotation(content, path))
     if union_members(annotation):
         annotation = member_for(annotation, value)
     if isinstance(annotation, type) and issubclass(annotation, Section):
@@ -78,6 +79,16 @@ def _known_keys(content: Any, path: Path) -> dict[str, str | int]:
     if isinstance(value, list):
         return {str(index): index for index in range(len(value))}
     return {name: name for name in value} if isinstance(value, dict) else {}
+
+
+def _annotation(content: Any, path: Path) -> Any:
+    """What the schema says about the value at `path`. The options of a device have the schema of its driver."""
+    if len(path) >= 3 and (path[0], path[2]) == ("devices", "options"):
+        device = content["devices"][path[1]]
+        schema = options_schema(str(device.get("driver")))
+        if schema is not None:
+            return place_of_path(schema, path[3:], device.get("options", {})).annotation
+    return place_of_path(Rig, path, content).annotation
 
 
 def _insert(text: str, node: yaml.Node, missing: Path, value: str) -> str:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 from small_rig import SMALL, changed
 
+from config.canopen_options import canopen_devices, proofs
 from config.errors import ConfigError
 from config.load import apply_overrides, load_rig, rig_from_text
+from config.modbus_options import modbus_options
+from config.rig import Rig
 
 
 def test_a_value_changes_and_its_comment_stays() -> None:
@@ -34,6 +40,47 @@ def test_a_value_changes_and_its_comment_stays() -> None:
 )
 def test_where_a_value_goes(assignment: str, old: str, new: str) -> None:
     assert apply_overrides(SMALL, [assignment]) == changed((old, new))
+
+
+@pytest.mark.parametrize(
+    ("assignment", "option", "expected"),
+    [
+        ("devices.rotary_valve.options.node=42", lambda rig: canopen_devices(rig)["rotary_valve"].node, 42),
+        ("devices.rotary_valve.options.missing_frames=40", lambda rig: canopen_devices(rig)["rotary_valve"].missing_frames, 40),
+        ("devices.rotary_valve.options.heartbeat=50 ms", lambda rig: canopen_devices(rig)["rotary_valve"].heartbeat_s, 0.05),
+        ("devices.rotary_valve.options.demand_proof=false", lambda rig: proofs(rig)["rotary_valve"], False),
+        ("devices.rotary_valve.options.bus.fault_cycles=9", lambda rig: canopen_devices(rig)["rotary_valve"].bus.fault_cycles, 9),
+        ("devices.hydraulic_unit.options.port=1503", lambda rig: _gauges(rig).port, 1503),
+        ("devices.hydraulic_unit.options.largest_gap=0", lambda rig: _gauges(rig).largest_gap, 0),
+        (
+            "devices.hydraulic_unit.options.channels.reservoir_temperature.type=uint16",
+            lambda rig: _gauges(rig).channels["reservoir_temperature"].type,
+            "uint16",
+        ),
+    ],
+)
+def test_the_options_of_a_device_are_reached_written_or_not(assignment: str, option: Callable[[Rig], Any], expected: object) -> None:
+    rig = rig_from_text(apply_overrides(load_rig("ornl_testbed_can").text, [assignment]))
+    assert option(rig) == expected
+
+
+def _gauges(rig: Rig) -> Any:
+    return modbus_options("hydraulic_unit", rig.devices["hydraulic_unit"])
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ("rotary_valve.options.heartbaet", "'heartbaet' is not a key of devices.rotary_valve.options: nearest is 'heartbeat'"),
+        ("rotary_valve.options.bus.bitrat", "'bitrat' is not a key of devices.rotary_valve.options.bus: nearest is 'bitrate'"),
+        ("hydraulic_unit.options.baud_rate", "'baud_rate' is not a key of devices.hydraulic_unit.options"),  # of RTU, and this is TCP
+        ("hydraulic_unit.options.channels.oil", "'oil' is not a key of devices.hydraulic_unit.options.channels"),
+    ],
+)
+def test_an_option_the_driver_does_not_have_is_refused(key: str, message: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        apply_overrides(load_rig("ornl_testbed_can").text, [f"devices.{key}=1"])
+    assert message in str(caught.value)
 
 
 def test_a_section_with_nothing_in_it_can_be_filled() -> None:
