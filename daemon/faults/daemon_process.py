@@ -35,13 +35,17 @@ class DaemonProcess:
         text: str | None = None,
         environment: Mapping[str, str] | None = None,
         log_dir: Path | None = None,
+        prefix: Sequence[str] = (),
     ) -> None:
-        """`overrides` of the rig file `text` (default: the test bed's); `log_dir`: not the one in `directory`."""
+        """`overrides` of the rig file `text` (default: the test bed's); `log_dir`: not the one in `directory`; `prefix`: words before the
+        command, such as those that lead into a network namespace.
+        """
         rig = directory / "rig.yaml"
         rig.write_text(apply_overrides(text or loaded_rig().text, [*PATIENCE, *overrides]))
         self.runtime, self._journal = directory / "run", directory / "journal.txt"
         logs = log_dir or directory / "logs"
-        self.command = [sys.executable, "-m", "daemon.supervisor", str(rig), "--runtime-dir", str(self.runtime), "--log-dir", str(logs)]
+        places = ["--runtime-dir", str(self.runtime), "--log-dir", str(logs)]
+        self.command = [*prefix, sys.executable, "-m", "daemon.supervisor", str(rig), *places]
         with self._journal.open("wb") as output:
             self._process = subprocess.Popen(
                 self.command, stdout=output, stderr=subprocess.STDOUT, env={**os.environ, **(environment or {})}

@@ -46,6 +46,8 @@ class CanNode:
         self._syncs = 0
         self._heartbeat_due_ns = 0
         self._delayed: deque[tuple[int, int, bytes]] = deque()
+        self._restarts = False
+        self.longest_pause_ns = 0  # between two receive PDOs, since clear()
 
     def start(self, now_ns: int) -> None:
         """Power on (or reset): defaults, boot-up message, then pre-operational."""
@@ -90,6 +92,9 @@ class CanNode:
 
     def tick(self, now_ns: int) -> None:
         """Whatever time alone brings: heartbeats, time-outs, delayed and cyclic process data."""
+        if self._restarts:
+            self._restarts = False
+            self.start(now_ns)
         self._beat(now_ns)
         while self._delayed and self._delayed[0][0] <= now_ns:
             _, cob_id, data = self._delayed.popleft()
@@ -104,17 +109,20 @@ class CanNode:
         self._send(0x80 + self.node, struct.pack("<HB5x", code, register if code else 0))
 
     def inject(self, fault: str, amount: float) -> None:
-        """Start a fault by name (see faults.EFFECTS; also `emcy` with the code and `leave` for falling out of OPERATIONAL)."""
+        """Start a fault by name (see faults.EFFECTS; also `emcy` with the code, `leave` for falling out of OPERATIONAL, `restart`)."""
         if fault == "emcy":
             self.emergency(int(amount) or 0x1000)
         elif fault == "leave":
             self._enter(PRE_OPERATIONAL)
+        elif fault == "restart":
+            self._restarts = True
         else:
             self.faults.set(fault, amount)
 
     def clear(self) -> None:
         """Everything is right again. What the fault has led to (an NMT state, a device fault) stays."""
         self.faults = NodeFaults()
+        self.longest_pause_ns = 0
 
     def powered_on(self) -> None:
         """For profiles: the device's own state after power-on."""
@@ -133,7 +141,7 @@ class CanNode:
 
     def describe(self) -> dict[str, float | str]:
         """State for a person or a test in another process."""
-        return {"nmt": _STATE_NAMES[self.state]}
+        return {"nmt": _STATE_NAMES[self.state], "longest_pause_ns": self.longest_pause_ns}
 
     def _communication_error(self, code: int) -> None:
         self.emergency(code, 0x11)
@@ -156,6 +164,8 @@ class CanNode:
             if not pdo.unpack(data):
                 self.emergency(PDO_TOO_SHORT, 0x11)
                 continue
+            pause_ns = now_ns - self._rpdo_heard_ns.get(pdo.communication, now_ns)
+            self.longest_pause_ns = max(self.longest_pause_ns, pause_ns)
             self._rpdo_heard_ns[pdo.communication] = now_ns
             self.received()
 

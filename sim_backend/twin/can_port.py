@@ -35,10 +35,16 @@ class CanPort:
             advice = "For socketcan: ip link show; for udp_multicast: run in a network namespace with a multicast route on lo."
             raise PlantError("the CAN bus cannot be opened", value=str(error), where=f"{interface} {channel}", next_step=advice) from error
         self.is_off = False
+        self.is_full = False  # of frames that go first
         self.dropped = 0
         self.malformed = 0
 
     def send(self, cob_id: int, data: bytes) -> None:
+        if not (self.is_off or self.is_full):
+            self._transmit(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+
+    def send_first(self, cob_id: int, data: bytes) -> None:
+        """A frame that wins every arbitration."""
         if not self.is_off:
             self._transmit(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
 
@@ -59,7 +65,8 @@ class CanPort:
                 continue
             if message is None:
                 break
-            if not (self.is_off or message.is_extended_id or message.is_remote_frame or message.is_error_frame):
+            passes = not (self.is_off or self.is_full)
+            if passes and not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
                 frames.append(Frame(message.arbitration_id, bytes(message.data), _arrival_ns(message.timestamp)))
         return frames
 

@@ -15,9 +15,9 @@ from typing import Any
 
 import can
 import pytest
-from twin_process import TwinProcess
 
 from config.errors import DriverError
+from daemon.faults.twin_process import TwinProcess
 from drivers import registry
 from drivers.contract import Driver, Quality
 from drivers.proof import ProvesSafeState

@@ -1,0 +1,50 @@
+"""From a daemon that has just started to an arm that holds its position: what an operator does, with the twin as the rig.
+
+The pressure is taken off, the devices prove their safe state, the pressure comes back, and the rig is armed.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from config.errors import DaemonError
+from daemon.faults.daemon_process import wait_for
+from daemon.protocol import Client
+from sim_backend.twin.control_socket import TwinControl
+
+PROOF_LIMIT_S = 20.0  # with second tries: a machine that stands still in a proof makes it fail
+ARMING_LIMIT_S = 10.0
+
+
+def commission(client: Client, twin: TwinControl) -> None:
+    """Returns when the arm is held. DaemonError when a device does not prove its safe state or arming is refused for too long."""
+    client.call("reset")
+    twin.inject("plant", "supply_pressure", 0.0)
+    try:
+        wait_for(lambda: _proven(client), PROOF_LIMIT_S)
+    finally:
+        twin.clear("plant")
+    hold(client, ARMING_LIMIT_S)
+
+
+def hold(client: Client, limit_s: float) -> None:
+    """Reset, arm, and wait until the arm is held; arming is refused until every device has given its first good sample."""
+    client.call("reset")
+    wait_for(lambda: _armed(client), limit_s)
+    wait_for(lambda: client.call("status")["mode"] == "holding", limit_s)
+
+
+def _proven(client: Client) -> bool:
+    """Refused until the gauges show that the pressure is off."""
+    if client.call("status")["mode"] == "fault":
+        client.call("reset")
+    with suppress(DaemonError):
+        return bool(client.call("prove", countdown_s=0.0)["good"])
+    return False
+
+
+def _armed(client: Client) -> bool:
+    with suppress(DaemonError):
+        client.call("arm")
+        return True
+    return False
