@@ -28,7 +28,7 @@ AFTER_MOVE_S = 1.0
 PERIODS = 3.0  # length of the window
 FREQUENCY_SHARE = 0.15  # how far the fit may move the frequency
 _NEEDED_SHARE = 0.6  # of the window that must lie inside the hold
-_APPROACH = "approach"  # the slow move to a program's start, which is no part of the program
+APPROACH = "approach"  # the slow move to a program's start, which is no part of the program
 TIP = "tip.acceleration_mps2"
 
 Floats = npt.NDArray[np.float64]
@@ -90,7 +90,7 @@ def _holds_of_run(log: Log, rig: Rig, link: LinkMode, run: int) -> list[HoldVibr
     found = []
     for number, (move, after) in enumerate(pairwise(segments), start=2):  # `after` has number index + 1
         rows = np.flatnonzero(running & (log.columns["segment"] == number))
-        if move.kind == "move" and move.name != _APPROACH and after.kind == "hold" and len(rows):
+        if move.kind == "move" and move.name != APPROACH and after.kind == "hold" and len(rows):
             found.append(_measure(log, link, run, move.name, rows))
     return [hold for hold in found if hold is not None]
 
