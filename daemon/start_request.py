@@ -11,6 +11,7 @@ from config.errors import DaemonError
 from config.load import find, maneuver_from_text, read_text
 from config.maneuver import maneuver_content
 from config.rig import Rig
+from config.yaml_tree import parse
 from control.planning import plan_run
 from control.run_request import RunRequest
 from daemon.command import StartRun
@@ -62,7 +63,7 @@ def _with_parameters(text: str, name: str, parameters: Any) -> tuple[str, str]:
     changes = dict(_assignment(item) for item in parameters) if isinstance(parameters, list) else parameters
     if not isinstance(changes, Mapping):
         raise DaemonError("parameters must be an object or a list of KEY=VALUE", value=type(parameters).__name__)
-    content = yaml.safe_load(text) if changes else None
+    content = parse(text, name).plain if changes else None  # plain YAML 1.1 would read the key `on` as true
     if not isinstance(content, dict):
         return text, name
     return yaml.safe_dump({**content, **changes}, sort_keys=False, allow_unicode=True), f"{name} with {', '.join(changes)} changed"
