@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +14,11 @@ from config.maneuver import maneuver_content
 from config.rig import Rig
 from control.controller import Controller
 from control.planning import plan_run
+from control.run_plan import RunPlan
 from control.run_request import RunRequest
-from control.signals import Inputs, Mode
-from gap.measured import Measured, field_of, on_grid
+from control.signals import Inputs, Mode, Outputs
+from gap.envelope import check_envelope
+from gap.measured import Array, Measured, field_of, on_grid
 from sim_backend.batch import quiet
 from sim_backend.layout import S
 from sim_backend.plant import SimulatedRig
@@ -21,39 +26,77 @@ from sim_backend.plant import SimulatedRig
 _HOLD_S = 0.5  # at rest before the run
 
 
-def measured_on(rig: Rig, maneuver: str) -> Measured:
-    """Run a shipped maneuver (or a file) and return what sensors without noise would have logged.
+@dataclass(frozen=True, slots=True)
+class ClosedLoop:
+    """One simulated run at every cycle: sensors without noise, commands, and following errors (rows × joints)."""
 
-    ManeuverError when the rig does not allow it.
+    signals: Mapping[str, Array]
+    commands_V: Array
+    following_error: Array
+
+
+def measured_on(rig: Rig, maneuver: str | Mapping[str, Any]) -> Measured:
+    """Run a maneuver (name of a shipped one, a file, or its content) and return what sensors without noise would have logged.
+
+    ManeuverError when the rig's limits do not allow it or the run would come near an interlock.
     """
-    simulated, controller = SimulatedRig(rig), Controller(rig)
-    simulated.parameters.values[:] = quiet(simulated.parameters)
-    simulated.reset()
-    content = maneuver_content(load_maneuver(maneuver).maneuver)
-    request = RunRequest(1, content, start_position=list(simulated.true_position), approach=True)
-    plan = plan_run(rig, request)
+    content, name = _content(maneuver)
+    simulated = _quiet_rig(rig)
+    plan = planned(rig, content, simulated.true_position)
+    run = closed_loop(rig, simulated, plan)
+    errors = {joint: float(np.max(np.abs(run.following_error[:, k]))) for k, joint in enumerate(rig.joints)}
+    check_envelope(rig, run.signals, errors, name)
+    columns = {field_of(name)[0]: values for name, values in run.signals.items()}
+    columns |= {f"{joint}.command_V": run.commands_V[:, k] for k, joint in enumerate(rig.joints)}
+    columns |= {"t_s": np.arange(len(run.commands_V)) / rig.loop.rate_Hz}
+    return on_grid(Path(name), columns, rig, "")
+
+
+def planned(rig: Rig, maneuver: str | Mapping[str, Any], position: list[float] | None = None) -> RunPlan:
+    """The run, with an approach from `position` (default: where the simulated rig stands at first). ManeuverError as plan_run."""
+    content, _ = _content(maneuver)
+    here = position or _quiet_rig(rig).true_position
+    return plan_run(rig, RunRequest(1, content, start_position=list(here), approach=True))
+
+
+def closed_loop(rig: Rig, simulated: SimulatedRig, plan: RunPlan) -> ClosedLoop:
+    """Hold, then the run, with the controller the daemon uses."""
+    controller, period = Controller(rig), 1.0 / rig.loop.rate_Hz
     controller.prepare(plan)
-    period = 1.0 / rig.loop.rate_Hz
     resolutions = np.array(
         [simulated.parameters.values[simulated.parameters.offset(S.RESOLUTION, f"sensor:{n}")] for n in simulated.channels]
     )
     places = [simulated.channels.index(f"{joint}.position") for joint in rig.joints]
     tip = [simulated.channels.index(name) if name in simulated.channels else -1 for name in ("tip.deflection", "tip.acceleration")]
-    rows, commands = [], []
-    holding = round(_HOLD_S / period)
-    for cycle in range(holding + round(plan.duration_s / period)):
+    rows, commands, errors = [], [], []
+    for cycle, mode in _modes(round(_HOLD_S / period), round(plan.duration_s / period)):
         reading = np.array(simulated.sense()) * resolutions
-        mode = Mode.HOLDING if cycle < holding else Mode.RUNNING
-        run = 1 if mode is Mode.RUNNING else 0
         position = tuple(float(reading[k]) for k in places)
         deflection, acceleration = (float(reading[k]) if k >= 0 else float("nan") for k in tip)
-        outputs = controller.step(Inputs(cycle, mode, run, position, deflection, acceleration))
+        outputs: Outputs = controller.step(Inputs(cycle, mode, int(mode is Mode.RUNNING), position, deflection, acceleration))
         command = [joint.command_V for joint in outputs.joints]
         rows.append(reading)
         commands.append(command)
+        errors.append([joint.reference - here for joint, here in zip(outputs.joints, position, strict=True)])
         simulated.advance(command, period)
     table = np.array(rows)
-    columns = {field_of(name)[0]: table[:, k] for k, name in enumerate(simulated.channels)}
-    columns |= {f"{joint}.command_V": np.array(commands)[:, k] for k, joint in enumerate(rig.joints)}
-    columns |= {"t_s": period * np.arange(len(table))}
-    return on_grid(Path(maneuver), columns, rig, "")
+    signals = {name: table[:, k] for k, name in enumerate(simulated.channels)}
+    return ClosedLoop(signals, np.array(commands), np.array(errors))
+
+
+def _modes(holding: int, running: int) -> Iterator[tuple[int, Mode]]:
+    for cycle in range(holding + running):
+        yield cycle, Mode.HOLDING if cycle < holding else Mode.RUNNING
+
+
+def _quiet_rig(rig: Rig) -> SimulatedRig:
+    simulated = SimulatedRig(rig)
+    simulated.parameters.values[:] = quiet(simulated.parameters)
+    simulated.reset()
+    return simulated
+
+
+def _content(maneuver: str | Mapping[str, Any]) -> tuple[dict[str, Any], str]:
+    if isinstance(maneuver, str):
+        return maneuver_content(load_maneuver(maneuver).maneuver), maneuver
+    return dict(maneuver), str(maneuver.get("name", "maneuver"))

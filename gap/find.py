@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from config.errors import LogError, PlantError
 from config.load import LoadedRig, load_rig, rig_from_text
 from gap.candidates import candidates
 from gap.data_check import DataProblem, censored, check, refuse_pairing, same_maneuver
+from gap.doubt import next_of
 from gap.findings import as_text, constants, document, finding, not_seen
 from gap.fit import Evaluation, Fit, costing, evaluate, fit, mean_cost, unfitted
 from gap.found import Found
@@ -31,12 +31,11 @@ from gap.localise import localise
 from gap.measured import Array, Measured, compared, load
 from gap.model import Model
 from gap.model_file import improved, moved, width_key
-from gap.next_maneuver import QUICK, Rival, propose, rival_of
 from gap.noise import noise_floors
 from gap.nuisance import nuisances
 from gap.report import write_report
 from gap.screen import screen
-from gap.select import FLOOR, Search, Trial, search
+from gap.select import FLOOR, Search, search
 from gap.settings import Settings
 from gap.verdict import Verdict, channel_rms, confidence, verdict
 from gap.windows import Experiment, default_window_s, prepare
@@ -164,29 +163,12 @@ def _concluded(
         "parameters": constants(state.current.model, half_width),
         "gap": gap,
         "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),
-        "next_maneuver": _next(loaded, state, word, tell) if settings.propose else None,
+        "next_maneuver": next_of(loaded, state, word, tell) if settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
     }
     found = [finding(state, step, lean, widths, word) for step in state.steps]
     content = document(word, places, found, parts, logs)
     return Found(loaded, names, state, nominal, refitted, final, half_width, word, places, problems, text, content)
-
-
-def _next(loaded: LoadedRig, state: Search, word: Verdict, tell: Tell) -> dict[str, Any] | None:
-    """For look-alikes: the quick shipped maneuver that separates the first two best; None when there is nothing to separate."""
-    unclear = [step for step in state.steps if step.rivals]
-    if word.word != "ambiguous" or not unclear:
-        return None
-    tell("which maneuver would separate the look-alikes?")
-    pair = [_as_rival(loaded, trial) for trial in (unclear[0].trial, unclear[0].rivals[0])]
-    proposals = propose(loaded, pair[0], pair[1], tell, QUICK)
-    return proposals[0].as_dict() if proposals else None
-
-
-def _as_rival(loaded: LoadedRig, trial: Trial) -> Rival:
-    model = trial.fit.model
-    values = {model.free[k].key: float(model.theta[k]) for k in model.of_effect(model.added[-1])}
-    return rival_of(loaded, trial.candidate.effect, trial.candidate.where, values)
 
 
 def _widths(state: Search, half_width: Array) -> dict[str, float]:

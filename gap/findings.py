@@ -40,7 +40,12 @@ def finding(state: Search, step: Step, model: Model, widths: Mapping[str, float]
 
 
 def _look_alike(trial: Trial) -> dict[str, Any]:
-    return {"effect": trial.candidate.effect, "where": trial.candidate.where, "holdout_gain": _short(trial.gain), "t": _short(trial.t)}
+    model = trial.fit.model
+    fitted = {
+        model.free[k].key: {"value": _short(float(model.theta[k])), "unit": model.free[k].unit} for k in model.of_effect(model.added[-1])
+    }
+    place = {"effect": trial.candidate.effect, "where": trial.candidate.where}
+    return place | {"holdout_gain": _short(trial.gain), "t": _short(trial.t), "parameters": fitted}
 
 
 def _unfitted_look_alikes(state: Search, step: Step) -> list[dict[str, Any]]:

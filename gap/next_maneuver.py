@@ -1,120 +1,213 @@
-"""Which shipped maneuver would tell two explanations apart best: T-optimal, with the rival allowed to refit.
+"""Which maneuver would tell two explanations apart soonest: T-optimal over the shipped maneuvers and their forms within the envelope.
 
-T = ‖P (y_k − y_l) / σ‖², P taking out what the rival's own parameters, the rig's uncertain constants and the initial states can do;
-the smaller of T(k, l) and T(l, k) counts. The expected t is about √T / 2.
+A best-first search: a maneuver that has not been simulated needs at least its own duration, one simulated with the constants held at
+least as long as that bound says; the maneuver whose exact time comes out of the queue first is the soonest of all. Where none
+separates, every sensor the rig does not have is tried on the most telling maneuvers.
 """
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import Any
 
 import numpy as np
 
 from config.errors import ConfigError, LongreachError
 from config.load import LoadedRig
-from config.rig import Rig
 from gap.candidates import candidates
-from gap.closed_loop import measured_on
-from gap.fit import Costing, evaluate, projected, sensitivities
-from gap.measured import Measured
-from gap.model import Free, Model
-from gap.noise import noise_floors
+from gap.closed_loop import planned
+from gap.designs import Design, designs
+from gap.extra_sensor import extra_sensors, with_sensors
+from gap.model import Model
 from gap.nuisance import nuisances
-from gap.windows import default_window_s, prepare
+from gap.separation import Comparison, Rival, Separation, compare
+from gap.settings import PROCESSORS
 
-QUICK = ("joint_steps", "staircase", "fast_strokes", "slow_triangle")
-SHIPPED = ("slow_triangle", "staircase", "joint_steps", "fast_strokes", "multisine", "paper_line", "sine_sweep", "hold", "jog")
-LEAST_T = 9.0  # below this everywhere, only another sensor can separate the two
+LEAST_T = 9.0  # below this the two are the same to the maneuver, whatever is fitted
 WANTED_T = 5.0
+MOST_REPEATS = 10
+SENSOR_TRIALS = 2  # maneuvers on which sensors are tried
+NONE = "no missing effect"
 
 Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Rival:
-    """One explanation: the rig with it, and its free parameters there."""
-
-    name: str
-    rig: Rig
-    free: tuple[Free, ...]
+_Entry = tuple[float, float, Design, Comparison, "Proposal | None"]  # least time until t > 5, -t, and what they belong to
 
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """One maneuver and how well it would separate the two."""
+    """One maneuver and how well it would separate the two; `sensor`: only with these channels fitted."""
 
-    name: str
+    design: Design
     separates: tuple[str, str]
-    T: float
+    separation: Separation
     duration_s: float
-
-    @property
-    def expected_t(self) -> float:
-        return float(np.sqrt(self.T) / 2)
+    sensor: tuple[str, ...] = ()
 
     @property
     def repeats(self) -> int | None:
-        """Runs needed for t > 5; None when no number of them would do."""
-        return int(np.ceil((WANTED_T / self.expected_t) ** 2)) if self.T >= LEAST_T else None
+        """Runs needed for t > 5; None when that is too many."""
+        return _repeats(self.separation)
+
+    @property
+    def time_s(self) -> float:
+        """Until t > 5."""
+        return self.duration_s * self.repeats if self.repeats else np.inf
+
+    @property
+    def why(self) -> str:
+        if self.repeats is None:
+            return f"no maneuver and no other sensor separates the two (t {self.separation.t:.1f} at best); change the payload or the oil"
+        runs = "one run" if self.repeats == 1 else f"needs {self.repeats} repeats for t > {WANTED_T:g}"
+        expected = f"expected t {self.separation.t:.1f} in {self.duration_s:.0f} s, {runs}"
+        return f"only another sensor separates the two: with {' and '.join(self.sensor)} {expected}" if self.sensor else expected
 
     def as_dict(self) -> dict[str, Any]:
-        if self.T < LEAST_T:
-            why = "no shipped maneuver separates the two: fit another sensor (chamber pressures separate force from flow)"
-        else:
-            why = f"expected t {self.expected_t:.1f} in {self.duration_s:.0f} s; {self.repeats} run(s) for t > {WANTED_T:g}"
-        return asdict(self) | {
-            "why": why,
-            "expected_t": round(self.expected_t, 2),
+        return {
+            "name": self.design.name,
+            "parameters": dict(self.design.parameters),
+            "why": self.why,
+            "expected_t": round(self.separation.t, 2),
+            "T": round(self.separation.T, 2),
             "separates": list(self.separates),
+            "duration_s": round(self.duration_s, 2),
             "repeats": self.repeats,
+            "sensor": list(self.sensor) or None,
         }
 
 
-def propose(loaded: LoadedRig, first: Rival, second: Rival, tell: Tell, maneuvers: Sequence[str] = SHIPPED) -> list[Proposal]:
-    """All maneuvers the rig allows, best T per second first."""
-    found = []
-    for name in maneuvers:
-        try:
-            logs = [measured_on(rival.rig, name) for rival in (first, second)]
-            T = min(_distance(loaded, logs[0], first, second), _distance(loaded, logs[1], second, first))
-        except LongreachError as refused:
-            tell(f"  {name}: not on this rig ({refused.refusal.what})")
-            continue
-        found.append(Proposal(name, (first.name, second.name), T, logs[0].duration_s))
-        tell(f"  {name}: expected t {found[-1].expected_t:.1f} in {found[-1].duration_s:.0f} s")
-    return sorted(found, key=lambda p: -min(p.T, 4 * WANTED_T**2) / p.duration_s)
+def next_maneuver(
+    loaded: LoadedRig, first: Rival, second: Rival, tell: Tell, measured: Sequence[str] | None = None, thorough: bool = True
+) -> Proposal | None:
+    """The maneuver that separates the two soonest, else a sensor that would; None when the rig allows no maneuver at all.
+
+    `measured`: channels the rig logs (default: all its plant has sensors for). Not `thorough`: only forms for the joints concerned.
+    """
+    assert loaded.rig.plant is not None
+    course = _Course(loaded, (first, second), tuple(measured or loaded.rig.plant.sensors), tell)
+    found = course.soonest(designs(loaded.rig, _concerned(loaded, (first, second), thorough), thorough))
+    if found is not None or not course.seen:
+        return found
+    tell("no maneuver separates the two with the sensors fitted; trying others")
+    return course.best_sensor()
 
 
-def _distance(loaded: LoadedRig, log: Measured, truth: Rival, rival: Rival) -> float:
-    """T of one log without noise, made by one explanation, for the other; less what the truth itself leaves by numerics."""
-    channels = list(log.channels)
-    sigma = noise_floors([log], loaded.rig)
-    experiment = prepare(log, rival.rig, sigma, default_window_s(rival.rig), channels)
-    free = nuisances(loaded, frozenset(channels)) + rival.free
-    model = Model(rival.rig, free, np.array([item.start for item in free]))
-    costs = Costing(np.full(len(channels), np.inf), 1.0)
-    now = evaluate(experiment, model, costs)
-    own = evaluate(experiment, Model(truth.rig, (), np.empty(0)), costs)
-    columns = projected(now, sensitivities(model, [experiment], range(len(free)), [now.readings])[0]).reshape(len(free), -1)
-    prior = np.diag([1.0 if item.prior else 1e-6 for item in free])
-    e = now.left.ravel()
-    shift = np.linalg.solve(columns @ columns.T + prior, columns @ e)
-    rest = e - shift @ columns
-    return max(float(rest @ rest + shift @ prior @ shift) - float(np.sum(own.left**2)), 0.0)
+def rival_of(
+    loaded: LoadedRig,
+    effect: str,
+    where: str,
+    parameters: Mapping[str, float] | None = None,
+    constants: Mapping[str, float] | None = None,
+) -> Rival:
+    """The rig with one effect at given parameters, or at its typical size. ConfigError when the rig has no place for it.
 
-
-def rival_of(loaded: LoadedRig, effect: str, where: str, parameters: Mapping[str, float] | None = None) -> Rival:
-    """The rig with one effect at given parameters, or at its typical size. ConfigError when the rig has no place for it."""
+    `constants`: refitted values of the rig file's constants, by their key.
+    """
+    base = no_effect(loaded, constants).model
     assert loaded.rig.plant is not None
     possible = candidates(loaded.rig, frozenset(loaded.rig.plant.sensors))
     chosen = next((c for c in possible if (c.effect, c.where) == (effect, where)), None)
     if chosen is None:
         advice = f"Possible: {', '.join(sorted({c.label for c in possible}))}."
         raise ConfigError("this effect cannot be added to the rig", value=f"{effect} at {where}", where=loaded.path, next_step=advice)
-    base = Model(loaded.rig, (), np.empty(0)).with_effect(chosen.entry, chosen.free)
+    model = base.with_effect(chosen.entry, chosen.free)
     values = [(parameters or {}).get(free.key, start) for free, start in zip(chosen.free, chosen.starts[0], strict=True)]
-    model = base.with_theta(np.array(values))
-    free = tuple(replace(item, start=float(value)) for item, value in zip(base.free, values, strict=True))
-    return Rival(chosen.label, model.fitted_rig(), free)
+    return Rival(chosen.label, model.with_theta(np.concatenate([base.theta, values])))
+
+
+def no_effect(loaded: LoadedRig, constants: Mapping[str, float] | None = None) -> Rival:
+    """The rig file without a further effect, its constants free."""
+    assert loaded.rig.plant is not None
+    free = nuisances(loaded, frozenset(loaded.rig.plant.sensors))
+    return Rival(NONE, Model(loaded.rig, free, np.array([(constants or {}).get(item.key, item.start) for item in free])))
+
+
+def _concerned(loaded: LoadedRig, rivals: Sequence[Rival], thorough: bool) -> list[str]:
+    """The joints at which the two differ; all of them when it is not a joint, or for a thorough search."""
+    joints = list(loaded.rig.joints)
+    places = [rival.model.added[-1].where for rival in rivals if rival.model.added]
+    named = [joint for joint in joints if any(place.removeprefix("sensor:").split(".")[0] == joint for place in places)]
+    return joints if thorough or not named else named
+
+
+def _repeats(separation: Separation) -> int | None:
+    if separation.T < LEAST_T or separation.t <= 0.0:
+        return None
+    needed = int(np.ceil((WANTED_T / separation.t) ** 2))
+    return needed if needed <= MOST_REPEATS else None
+
+
+@dataclass(slots=True)
+class _Course:
+    """One search: what was simulated, and the queue's steps."""
+
+    loaded: LoadedRig
+    rivals: tuple[Rival, Rival]
+    measured: tuple[str, ...]
+    tell: Tell
+    seen: list[tuple[Separation, Design]] = field(default_factory=list)
+
+    @property
+    def names(self) -> tuple[str, str]:
+        return self.rivals[0].name, self.rivals[1].name
+
+    def soonest(self, wanted: Sequence[Design]) -> Proposal | None:
+        order = count()
+        queue: list[tuple[float, float, int, Design, Comparison | None, Proposal | None]] = []
+        for design in wanted:
+            duration = self._duration(design)
+            if duration is not None:
+                heapq.heappush(queue, (duration, -np.inf, next(order), design, None, None))
+        while queue:
+            least_s, _, _, design, comparison, proposal = heapq.heappop(queue)
+            if not np.isfinite(least_s):
+                return None
+            if proposal is not None:
+                return proposal
+            entry = self._bounded(design) if comparison is None else self._exact(design, comparison)
+            if entry is not None:
+                heapq.heappush(queue, (*entry[:2], next(order), *entry[2:]))
+        return None
+
+    def _duration(self, design: Design) -> float | None:
+        try:
+            return planned(self.rivals[0].model.fitted_rig(), design.content).duration_s
+        except LongreachError as refused:
+            self.tell(f"  {design.label}: not on this rig ({refused.refusal.what})")
+            return None
+
+    def _bounded(self, design: Design) -> _Entry | None:
+        if any(design == other for _, other in self.seen):
+            return None
+        try:
+            comparison = compare(self.loaded, *self.rivals, design.content, self.measured, PROCESSORS)
+        except LongreachError as refused:
+            self.tell(f"  {design.label}: not on this rig ({refused.refusal.what})")
+            return self._bounded(design.smaller) if design.smaller else None
+        bound = comparison.bound()
+        self.seen.append((bound, design))
+        self.tell(f"  {design.label}: expected t at most {bound.t:.1f} in {comparison.log.duration_s:.0f} s")
+        return Proposal(design, self.names, bound, comparison.log.duration_s).time_s, -bound.t, design, comparison, None
+
+    def _exact(self, design: Design, comparison: Comparison) -> _Entry:
+        separation = comparison.exact()
+        self.tell(f"  {design.label}: expected t {separation.t:.1f} with all constants refitted")
+        proposal = Proposal(design, self.names, separation, comparison.log.duration_s)
+        return proposal.time_s, -separation.t, design, comparison, proposal
+
+    def best_sensor(self) -> Proposal:
+        """Sensors the rig does not have, on the maneuvers whose bound was highest."""
+        telling = sorted(self.seen, key=lambda item: -item[0].T)[:SENSOR_TRIALS]
+        extras = extra_sensors(self.loaded.rig, self.measured)
+        every = (*self.measured, *(channel for extra in extras for channel in extra.channels))
+        rivals = [replace(rival, model=with_sensors(rival.model, extras)) for rival in self.rivals]
+        found = []
+        for bound, design in telling:
+            comparison = compare(self.loaded, rivals[0], rivals[1], design.content, every, PROCESSORS)
+            found.append(Proposal(design, self.names, bound, comparison.log.duration_s))
+            for extra, separation in zip(extras, comparison.each([(*self.measured, *extra.channels) for extra in extras]), strict=True):
+                self.tell(f"  {design.label} with {' and '.join(extra.channels)}: expected t {separation.t:.1f}")
+                found.append(Proposal(design, self.names, separation, comparison.log.duration_s, extra.channels))
+        return min(found, key=lambda p: (p.time_s, -p.separation.T))

@@ -1,0 +1,48 @@
+"""Which two explanations a search leaves in doubt, and what the next maneuver between them is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from config.load import LoadedRig
+from gap.next_maneuver import NONE, next_maneuver
+from gap.select import Search, Step, Trial
+from gap.separation import Rival
+from gap.verdict import Verdict
+
+Tell = Callable[[str], None]
+
+
+def next_of(loaded: LoadedRig, state: Search, word: Verdict, tell: Tell) -> dict[str, Any] | None:
+    """For look-alikes and for tentative names; None when every name is confirmed or there is none."""
+    pair = doubtful(state, word)
+    if pair is None:
+        return None
+    tell(f"which maneuver would separate {pair[0].name} and {pair[1].name}?")
+    found = next_maneuver(loaded, *pair, tell, sorted(state.channels), thorough=False)
+    return found.as_dict() if found else None
+
+
+def doubtful(state: Search, word: Verdict) -> tuple[Rival, Rival] | None:
+    """The first effect with look-alikes and the closest of them; without look-alikes, the last tentative one and its runner-up."""
+    unclear = next((step for step in state.steps if step.rivals), None)
+    if unclear is not None:
+        return _rival(unclear.trial), _rival(unclear.rivals[0])
+    if not state.steps or word.confirmed:
+        return None
+    last = state.steps[-1]
+    return _rival(last.trial), _runner_up(state, last)
+
+
+def _runner_up(state: Search, step: Step) -> Rival:
+    """The next best explanation that was fitted, else the model without the effect."""
+    others = [trial for trial in step.others if trial.gain > 0.0]
+    if others:
+        return _rival(min(others, key=lambda trial: trial.cost))
+    before = state.nominal.model if step is state.steps[0] else step.trial.fit.model.without_effect(step.entry)
+    return Rival(NONE, before)
+
+
+def _rival(trial: Trial) -> Rival:
+    return Rival(trial.candidate.label, trial.fit.model)
