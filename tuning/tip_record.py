@@ -14,7 +14,7 @@ from control.planning import plan_run
 from control.run_plan import RunPlan
 from control.run_request import RunRequest
 from control.signals import Mode
-from recording.reader import Log, open_rig
+from recording.reader import Column, Log, open_rig
 from recording.spectrum import without_gaps
 from recording.vibration import APPROACH, TIP
 from tuning.transfer import Floats
@@ -63,11 +63,11 @@ def move_holds(plan: RunPlan, period_s: float) -> Iterator[tuple[int, slice]]:
             yield moves, slice(round(start_s / period_s), round(after.end_s / period_s))
 
 
-def _runs(log: Log, running: Floats) -> list[int]:
+def _runs(log: Log, running: Column) -> list[int]:
     return [int(run) for run in np.unique(log.columns["maneuver"][running])]
 
 
-def _record(log: Log, run: int, rows: Floats, rig: Rig | None) -> TipRecord:
+def _record(log: Log, run: int, rows: Column, rig: Rig | None) -> TipRecord:
     period_s = float(np.median(np.diff(log.columns["t_s"])))
     acceleration, rotary, extension = (
         without_gaps(np.asarray(log.columns[name][rows], dtype=np.float64)) for name in (TIP, "rotary.position", "prismatic.position")
