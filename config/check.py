@@ -105,7 +105,9 @@ def _calibrations(rig: Rig, today: datetime.date) -> Iterator[Finding]:
     for name, signal in rig.signals.items():
         until = signal.calibration.valid_until
         if until and until < today:
-            yield Finding("warning", f"{name}: the calibration was valid until {until}: calibrate again")
+            blocks = signal.calibration.on_expiry == "block"
+            what = f"{name}: the calibration was valid until {until}: calibrate again"
+            yield Finding("error", f"{what}; the rig cannot be armed") if blocks else Finding("warning", what)
 
 
 def _interlocks(rig: Rig) -> Iterator[Finding]:

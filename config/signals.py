@@ -43,6 +43,16 @@ class Calibration(Section):
     calibrated_on: datetime.date | None = Field(default=None, description="day of the calibration, YYYY-MM-DD")
     valid_until: datetime.date | None = Field(default=None, description="day after which the calibration must be repeated, YYYY-MM-DD")
     by: str = Field(default="", description="who calibrated, and how")
+    uncertainty: float | None
+    on_expiry: Literal["warn", "block"] = Field(default="warn", description="what an expired calibration does at arming")
+
+    @field_validator("valid_until")
+    @classmethod
+    def _after_its_day(cls, until: datetime.date | None, info: ValidationInfo) -> datetime.date | None:
+        begun = info.data.get("calibrated_on")
+        if until is not None and begun is not None and until < begun:
+            raise ValueError(f"valid_until must not be before calibrated_on ({begun})")
+        return until
 
 
 class Signal(Section):
@@ -68,6 +78,7 @@ class Signal(Section):
 class AngleCalibration(Calibration):
     scale: float = quantity("rad", "engineering value per raw count", 1.0)
     offset: float = quantity("rad", "engineering value at raw count 0", 0.0)
+    uncertainty: float | None = quantity("rad", "expanded uncertainty (k = 2) of the engineering value", None, low=0)
 
 
 class AngleSignal(Signal):
@@ -80,6 +91,7 @@ class AngleSignal(Signal):
 class LengthCalibration(Calibration):
     scale: float = quantity("m", "engineering value per raw count", 1.0)
     offset: float = quantity("m", "engineering value at raw count 0", 0.0)
+    uncertainty: float | None = quantity("m", "expanded uncertainty (k = 2) of the engineering value", None, low=0)
 
 
 class LengthSignal(Signal):
@@ -92,6 +104,7 @@ class LengthSignal(Signal):
 class PressureCalibration(Calibration):
     scale: float = quantity("Pa", "engineering value per raw count", 1.0)
     offset: float = quantity("Pa", "engineering value at raw count 0", 0.0)
+    uncertainty: float | None = quantity("Pa", "expanded uncertainty (k = 2) of the engineering value", None, low=0)
 
 
 class PressureSignal(Signal):
@@ -104,6 +117,7 @@ class PressureSignal(Signal):
 class TemperatureCalibration(Calibration):
     scale: float = quantity("K", "engineering value per raw count", 1.0)
     offset: float = quantity("degC", "engineering value at raw count 0", 0.0)
+    uncertainty: float | None = quantity("K", "expanded uncertainty (k = 2) of the engineering value", None, low=0)
 
 
 class TemperatureSignal(Signal):
@@ -118,6 +132,7 @@ class TemperatureSignal(Signal):
 class AccelerationCalibration(Calibration):
     scale: float = quantity("m/s^2", "engineering value per raw count", 1.0)
     offset: float = quantity("m/s^2", "engineering value at raw count 0", 0.0)
+    uncertainty: float | None = quantity("m/s^2", "expanded uncertainty (k = 2) of the engineering value", None, low=0)
 
 
 class AccelerationSignal(Signal):

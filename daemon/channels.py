@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 from config.load import LoadedRig, rig_from_text
 from config.rig import Rig
-from daemon.device_bank import slow_channels
 from daemon.facts import Facts
 from daemon.mailbox import Mailbox
 from daemon.ring import Ring
 from daemon.shared_memory import SharedMemory
+from daemon.slow_samples import slow_mailbox
 from daemon.timing import WORDS
 from recording.layout import CycleLayout
 
@@ -70,7 +70,7 @@ class Channels:
         }
         for name, device in rig.devices.items():
             if device.slow:
-                memory[f"slow.{name}"] = Mailbox.create(name, 3 * len(slow_channels(rig, name))).shared
+                memory[f"slow.{name}"] = slow_mailbox(rig, name).shared
         return cls(rig, memory)
 
     def loop_is_silent(self) -> bool:

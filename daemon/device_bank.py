@@ -10,7 +10,9 @@ from typing import NamedTuple
 from config.errors import DriverError, LongreachError
 from config.rig import Device, Rig
 from daemon.facts import Facts
+from daemon.link_watch import SLOW_COUNTS
 from daemon.mailbox import Mailbox
+from daemon.slow_samples import fetch_samples, slow_channels
 from drivers import registry
 from drivers.contract import Driver, Quality, Sample
 from recording.fields import field_of_signal
@@ -43,7 +45,12 @@ class DeviceBank:
         self.drivers = {name: create(name, device, rig, lockstep) for name, device in rig.devices.items() if not device.slow}
         self._reads = [(driver, _inputs(rig, facts, name, driver.inputs)) for name, driver in self.drivers.items()]
         self._slow_reads = [
-            (box, [Sample() for _ in slow_channels(rig, name)], _inputs(rig, facts, name, slow_channels(rig, name)))
+            (
+                box,
+                [Sample() for _ in slow_channels(rig, name)],
+                _inputs(rig, facts, name, slow_channels(rig, name)),
+                [facts.index(f"{name}.{count}") for count in SLOW_COUNTS],
+            )
             for name, box in self._slow.items()
         ]
         self._writes = [(driver, _outputs(rig, name, driver)) for name, driver in self.drivers.items() if driver.outputs]
@@ -70,8 +77,9 @@ class DeviceBank:
         """Every signal's value, raw count, age and quality into the facts. A BAD sample has the value NaN."""
         for driver, inputs in self._reads:
             _store(inputs, driver.read(now_ns), now_ns, values)
-        for box, samples, inputs in self._slow_reads:
-            _fetch(box, samples)
+        for box, samples, inputs, counts in self._slow_reads:
+            for place, count in zip(counts, fetch_samples(box, samples), strict=True):
+                values[place] = count
             _store(inputs, samples, now_ns, values)
 
     def write(self, volts: Sequence[float], now_ns: int) -> None:
@@ -95,29 +103,6 @@ class DeviceBank:
                 first = first or error
         if first is not None:
             raise first
-
-
-def slow_channels(rig: Rig, device: str) -> tuple[str, ...]:
-    """Channels of a slow device that the rig uses, in the order of its mailbox."""
-    return tuple(signal.channel for signal in rig.signals.values() if signal.device == device)
-
-
-def slow_mailbox(name: str, channels: int) -> Mailbox:
-    """Three numbers a channel: raw, stamp in ns, quality."""
-    return Mailbox.create(name, 3 * channels)
-
-
-def post_samples(box: Mailbox, samples: Sequence[Sample], now_ns: int) -> None:
-    box.put(now_ns, [number for sample in samples for number in (sample.raw, float(sample.stamp_ns), float(sample.quality))])
-
-
-def _fetch(box: Mailbox, samples: list[Sample]) -> None:
-    letter = box.get()
-    if letter is None:
-        return
-    for number, sample in enumerate(samples):
-        raw, stamp, quality = letter.values[3 * number : 3 * number + 3]
-        sample.raw, sample.stamp_ns, sample.quality = raw, int(stamp), int(quality)
 
 
 def _store(inputs: list[_Input], samples: Sequence[Sample], now_ns: int, values: list[float]) -> None:

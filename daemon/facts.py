@@ -9,6 +9,7 @@ from math import nan
 
 from config.canopen_options import proofs
 from config.rig import Rig
+from daemon.link_watch import link_facts
 from recording.layout import CycleLayout
 
 # Of every joint, in its unit: see daemon.plausibility.
@@ -33,6 +34,11 @@ _LOOP_FACTS = (
 )
 
 
+def calibration_facts(rig: Rig) -> dict[str, str]:
+    """Signal → fact with the days its calibration still holds, for calibrations that end."""
+    return {name: f"{name}.calibration_days_left" for name, signal in rig.signals.items() if signal.calibration.valid_until}
+
+
 class Facts:
     """Names and places of the numbers of one rig. `values` in the loop is a list made by blank()."""
 
@@ -43,9 +49,11 @@ class Facts:
         plausible = [f"{joint}.{fact}" for joint in rig.joints for fact in PLAUSIBILITY_FACTS]
         self.row_length = len(row)
         proven = [f"{device}.proven_s" for device in proofs(rig)]  # when its safe state was proven, in the loop's time
-        self.names = (*row, *quality, *following, *plausible, *_LOOP_FACTS, *proven)
+        unknown = [*proven, *calibration_facts(rig).values()]
+        counts = [fact for facts in link_facts(rig).values() for fact in facts]
+        self.names = (*row, *quality, *following, *plausible, *_LOOP_FACTS, *unknown, *counts)
         zeros = [0.0] * (len(following) + len(plausible) + len(_LOOP_FACTS))
-        self._blank = [*layout.blank(), *[2.0 for _ in quality], *zeros, *[nan for _ in proven]]
+        self._blank = [*layout.blank(), *[2.0 for _ in quality], *zeros, *[nan for _ in unknown], *[0.0 for _ in counts]]
         self._index = {name: number for number, name in enumerate(self.names)}
 
     def index(self, name: str) -> int:
@@ -56,5 +64,5 @@ class Facts:
         return name in self._index
 
     def blank(self) -> list[float]:
-        """Nothing measured yet: log row as layout.blank(), qualities BAD, nothing proven, the rest 0."""
+        """Nothing measured yet: log row as layout.blank(), qualities BAD, nothing proven or calibrated, the rest 0."""
         return list(self._blank)

@@ -8,6 +8,7 @@ from math import inf
 
 from config.canopen_options import proofs
 from config.rig import Rig
+from daemon.calibration_watch import calibration_checks
 from daemon.checks import Check, Reaction
 from daemon.facts import Facts
 from daemon.plausibility import plausibility_checks
@@ -25,6 +26,7 @@ def interlocks(rig: Rig, facts: Facts) -> tuple[Check, ...]:
     return (
         *_daemon_checks(rig, facts),
         *_proof_demands(rig, facts),
+        *calibration_checks(rig, facts),
         *_signal_checks(rig, facts),
         *plausibility_checks(rig, facts),
         *_oil_checks(rig, facts),

@@ -11,14 +11,16 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Sequence
 
 from config.rig import Rig
 from daemon.channels import ChildSpec
-from daemon.device_bank import CreateDriver, post_samples, slow_channels
+from daemon.device_bank import CreateDriver
 from daemon.mailbox import Mailbox
 from daemon.parent_death import signal_on_parent_death
+from daemon.slow_samples import post_samples, slow_channels
 from drivers import registry
-from drivers.contract import Driver
+from drivers.contract import Driver, Quality, Sample
 
 FASTEST_POLL_S = 0.01
 LOOK_S = 0.05
@@ -26,13 +28,17 @@ RETRY_S = 1.0  # after a device failed
 
 
 class SlowDevice:
-    """Polls one device four times within the shortest `max_age` of its signals, and opens it again after a failure."""
+    """Polls one device four times within the shortest `max_age` of its signals, and opens it again after a failure.
+
+    `failures`: polls without an answer for every channel, and failed openings.
+    """
 
     def __init__(self, name: str, rig: Rig, mailbox: Mailbox, create: CreateDriver = registry.create) -> None:
         self.name = name
-        self.failures = 0
+        self.polls = self.failures = 0
         self._rig, self._mailbox, self._create = rig, mailbox, create
         self._channels = slow_channels(rig, name)
+        self._latest: Sequence[Sample] = [Sample() for _ in self._channels]
         ages = [signal.max_age_s for signal in rig.signals.values() if signal.device == name]
         self._period_s = max(FASTEST_POLL_S, 0.25 * min(ages, default=1.0))
 
@@ -44,6 +50,7 @@ class SlowDevice:
                 self._poll(driver, ended)
             except Exception as error:  # whatever a driver raises; the age of its samples tells the loop
                 self.failures += 1
+                self._post()
                 print(f"longreachd: slow device {self.name}: {error}; trying again in {RETRY_S:g} s", file=sys.stderr, flush=True)
                 ended.wait(RETRY_S)
 
@@ -54,12 +61,17 @@ class SlowDevice:
             driver.activate()
             while not ended.is_set():
                 started = time.monotonic()
-                samples = driver.read(time.monotonic_ns())
-                by_channel = dict(zip(driver.inputs, samples, strict=True))
-                post_samples(self._mailbox, [by_channel[channel] for channel in self._channels], time.monotonic_ns())
+                self.polls += 1
+                by_channel = dict(zip(driver.inputs, driver.read(time.monotonic_ns()), strict=True))
+                self._latest = [by_channel[channel] for channel in self._channels]
+                self.failures += any(sample.quality == Quality.BAD for sample in self._latest)
+                self._post()
                 ended.wait(max(0.0, started + self._period_s - time.monotonic()))
         finally:
             driver.close()
+
+    def _post(self) -> None:
+        post_samples(self._mailbox, self._latest, (float(self.polls), float(self.failures)), time.monotonic_ns())
 
 
 def main() -> int:

@@ -75,6 +75,12 @@ class LogStream:
             self._recorder.write(Kind.EVENT, self.now_ns, data)
         self._journal.write(Kind.EVENT, self.now_ns, data)
 
+    def note(self, level: int, name: str, text: str, values: Mapping[str, float]) -> None:
+        """An event for the recording only: what comes again and again."""
+        if self.recording:
+            data = encode_event(Event(self.cycle_number, self.t_s, level, name, text, dict(values)))
+            self._recorder.write(Kind.EVENT, self.now_ns, data)
+
     def attach(self, name: str, media_type: str, content: bytes) -> None:
         if self.recording:
             self._recorder.write(Kind.ATTACH, self.now_ns, b"\0".join((name.encode(), media_type.encode(), content)))

@@ -12,12 +12,15 @@ from typing import Protocol
 
 from config.rig import Rig
 from control.signals import Mode
+from daemon.calibration_watch import CalibrationWatch
 from daemon.clock import Clock
 from daemon.command import CommandSource, StartRun
 from daemon.controller_port import ControllerPort
 from daemon.device_bank import DeviceBank
 from daemon.facts import Facts
+from daemon.link_watch import LinkWatch
 from daemon.log_stream import LogStream
+from daemon.loop_numbers import LoopNumbers
 from daemon.mode_keeper import ModeKeeper
 from daemon.modes import Event
 from daemon.overrun import PHASES, OverrunPolicy
@@ -26,8 +29,6 @@ from daemon.recording_span import OUTPUTS_ACT, RecordingSpan
 from daemon.safe_state import SafeState
 from daemon.timing import Timing
 from recording.event import Level
-
-OVERRUN_EVENTS_PER_S = 5.0  # more would be told only by the counters
 
 
 class Surroundings(Protocol):
@@ -61,30 +62,24 @@ class ControlLoop:
         self._surroundings, self._timing = surroundings, timing
         self._period_ns = round(1e9 / rig.loop.rate_Hz)
         self._overruns = OverrunPolicy(self._period_ns, rig.loop.overruns)
+        self._numbers = LoopNumbers(facts, log, self._overruns, timing, 1.0 / rig.loop.rate_Hz)
         self._controller = ControllerPort(rig, facts)
         self._plausibility = Plausibility(rig, facts)
         self._span = RecordingSpan(log, timing, self._overruns, rig.loop.rate_Hz, loop_facts or {}, standby)
         self.keeper = ModeKeeper(rig, facts, log, 1.0 / rig.loop.rate_Hz, lambda mode: self._span.open(mode, self._controller))
+        self._links = LinkWatch(rig, bank.drivers, {name: place for place, name in enumerate(facts.names)}, log)
+        self._calibrations = CalibrationWatch(rig, facts, log)
         self._safe_state = SafeState(rig, bank.drivers, facts, log)
         self._span.evidence = self._safe_state.evidence
         self._countdown_s = 0.0  # of a proof that was asked for
         self.values = facts.blank()
-        self._place_facts(facts)
         self.values[facts.index("estop_latched")] = 1.0
         self._event = Event.NONE
         self.left = False
         self._phases_ns = [0] * len(PHASES)
         self._deadline_ns = self._end_ns = clock.start_ns
-        self._commands_done = self._overruns_told_ns = 0
+        self._commands_done = 0
         self._urgent = self._activated = self._device_told = False
-
-    def _place_facts(self, facts: Facts) -> None:
-        """Where the numbers of a cycle stand in the facts: looked up once."""
-        at = facts.index
-        self._at_cycle, self._at_t = at("cycle"), at("t_s")
-        self._at_times = tuple(map(at, ("late_us", "read_us", "compute_us", "write_us")))
-        self._at_counts = tuple(map(at, ("overruns", "drops", "recorder.drops", "loop.overruns_in_window", "commands", "loop.late_s")))
-        self._at_run = tuple(map(at, ("run.number", "run.countdown_s", "run.elapsed_s", "run.duration_s", "run.verdict")))
 
     def run(self) -> None:
         """Cycle until told to leave. Outputs are safe afterwards, whatever happened; an exception of the loop itself is raised again."""
@@ -117,7 +112,7 @@ class ControlLoop:
         computed = clock.now_ns()
         self._write(computed)
         written = clock.now_ns()
-        self._measure(started - deadline, read - started, computed - read, written - computed)
+        self._numbers.measure(self.values, started - deadline, read - started, computed - read, written - computed)
         self._log.cycle(self.values)
         recorded = clock.now_ns()
         self._spare(recorded)
@@ -138,8 +133,7 @@ class ControlLoop:
             self._deadline_ns = self._overruns.deadline_after_activation(deadline, end)
             return
         self._deadline_ns = self._overruns.next_deadline(deadline, end, phases)
-        if self._overruns.late_ns:
-            self._tell_overrun(end)
+        self._numbers.tell_overrun(phases, end)
 
     def _read(self, started: int) -> int:
         try:
@@ -152,28 +146,14 @@ class ControlLoop:
 
     def _check(self, deadline: int, started: int) -> None:
         """Facts of this cycle, then the mode."""
-        values, keeper, log = self.values, self.keeper, self._log
-        since_start = deadline - self._clock.start_ns
-        values[self._at_cycle] += 1
-        values[self._at_t] = log.t_s = since_start * 1e-9
-        log.cycle_number = int(values[self._at_cycle])
-        log.now_ns = self._clock.start_unix_ns + since_start
+        values, keeper = self.values, self.keeper
+        self._numbers.begin_cycle(values, deadline - self._clock.start_ns, self._clock.start_unix_ns)
         self._surroundings.update(values, started)
         self._plausibility.update(values, started)
-        overruns = self._overruns
-        counts = (
-            overruns.overruns,
-            log.drops,
-            log.drops_in_recording,
-            overruns.in_window(started),
-            self._commands_done,
-            overruns.late_ns * 1e-9,
-        )
-        for index, count in zip(self._at_counts, counts, strict=True):
-            values[index] = count
+        self._numbers.count(values, self._commands_done, started)
         before, event = keeper.mode, self._event
         self._event = Event.NONE
-        mode = keeper.step(values, event, overruns.missed_periods)
+        mode = keeper.step(values, event, self._overruns.missed_periods)
         if mode is not before:
             self._mode_changed(before, mode)
         self._span.renew(mode, self._controller)
@@ -181,6 +161,7 @@ class ControlLoop:
     def _mode_changed(self, before: Mode, mode: Mode) -> None:
         """Recording and outputs follow the mode."""
         self._span.mode_changed()
+        self._links.look_soon()
         self._device_told = False
         if mode is Mode.ARMING:
             self._activated = True
@@ -210,20 +191,12 @@ class ControlLoop:
         except Exception as error:  # whatever a driver raises
             self._device_failed("write" if mode is not Mode.PROVING else "the proof", error)
 
-    def _measure(self, *lengths_ns: int) -> None:
-        """Lateness and the lengths of reading, computing and writing: into the row and the histograms."""
-        for quantity, (index, length) in enumerate(zip(self._at_times, lengths_ns, strict=True)):
-            self.values[index] = length_us = length * 1e-3
-            self._timing.count(quantity, length_us)
-
     def _spare(self, now_ns: int) -> None:
-        """What may wait until the outputs are written: status, commands, end of a recording."""
-        run, values = self.keeper.run, self.values
-        period_s = self._period_ns * 1e-9
-        facts = (run.number, run.countdown_cycles * period_s, run.elapsed_cycles * period_s, run.duration_s, run.verdict)
-        for index, value in zip(self._at_run, facts, strict=True):
-            values[index] = value
-        self._surroundings.publish(values, now_ns, self._urgent)
+        """What may wait until the outputs are written: counts, status, commands, end of a recording."""
+        self._links.update(self.values, now_ns)
+        self._calibrations.update(self.values, now_ns)
+        self._numbers.tell_run(self.values, self.keeper.run)
+        self._surroundings.publish(self.values, now_ns, self._urgent)
         self._urgent = False
         recorded = self._span.follow(self.keeper.mode)
         self.left = recorded and self.keeper.conditions.leaving
@@ -259,15 +232,3 @@ class ControlLoop:
                 self._log.event(Level.ERROR, "device", f"a device refused {verb}: {error}")
             self._device_told = True
             self.keeper.fail(f"a device refused {verb}: {error}")
-
-    def _tell_overrun(self, now_ns: int) -> None:
-        """An event with the culprit; more than a few a second are only counted."""
-        if now_ns - self._overruns_told_ns < 1e9 / OVERRUN_EVENTS_PER_S:
-            return
-        self._overruns_told_ns = now_ns
-        overruns, phases = self._overruns, self._phases_ns
-        slowest = phases[PHASES.index(overruns.culprit)] * 1e-3
-        late_ms = overruns.late_ns * 1e-6
-        text = f"cycle ended {late_ms:.3f} ms late, {overruns.missed} periods missed; slowest: {overruns.culprit} {slowest:.0f} us"
-        numbers = {"late_ms": late_ms, "missed": overruns.missed, "slowest_us": slowest, "overruns": overruns.overruns}
-        self._log.event(Level.WARNING, "overrun", text, numbers)

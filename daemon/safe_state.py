@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from math import ceil, isfinite, nan
@@ -62,7 +63,8 @@ class SafeState:
         """Nothing more is proven; the caller makes the outputs safe."""
         while self._waiting:
             name, steps = self._waiting.popleft()
-            steps.close()
+            with suppress(Exception):  # whatever a driver raises, the caller must come to make the outputs safe
+                steps.close()
             self._tell_unproven(name, "the proof was given up")
 
     def evidence(self) -> dict[str, bytes]:

@@ -12,6 +12,7 @@ from control.kinematics import forward
 from control.signals import Mode
 from daemon.facts import Facts
 from daemon.journal import Journal, RunResult
+from daemon.link_watch import links_status
 from daemon.timing import Timing
 
 _JOINT_WORDS = ("position", "target", "reference", "velocity", "command_V")
@@ -44,6 +45,7 @@ class StatusView:
             "safe_state": {
                 name: {"demanded": demanded, "proven_s": self._fact(f"{name}.proven_s")} for name, demanded in self._proofs.items()
             },
+            "links": links_status(self._rig, self._facts.names, values),
             "loop": self._loop(),
             "fault": journal.fault if mode is Mode.FAULT else None,
         }

@@ -10,9 +10,9 @@ A driver is made by a factory found in the entry-point group `longreach.drivers`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
 class Quality(IntEnum):
@@ -32,6 +32,17 @@ class Sample:
         self.raw = raw
         self.stamp_ns = stamp_ns
         self.quality = quality
+
+
+@runtime_checkable
+class Counts(Protocol):
+    """A driver that counts what its device and the link to it do, besides the verbs below. Names stay the same for its life."""
+
+    def counts(self) -> Mapping[str, float]:
+        """Numbers of the device, since it was opened."""
+
+    def link_counts(self) -> tuple[str, Mapping[str, float]]:
+        """Name of the link, which other devices may share, and its numbers since it was opened."""
 
 
 class Driver(Protocol):

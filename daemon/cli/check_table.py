@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.text import Text
 
 _NAME_WIDTH = 30
-_ORDER = {False: 0, True: 1, None: 2}
-_MARKS = {False: ("NO ", "red bold"), True: ("ok ", "green"), None: ("?  ", "yellow")}
+_ORDER = {False: 0, "warning": 1, True: 2, None: 3}
+_MARKS = {False: ("NO ", "red bold"), "warning": ("!! ", "yellow"), True: ("ok ", "green"), None: ("?  ", "yellow")}
 
 
 def console() -> Console:
@@ -17,16 +17,21 @@ def console() -> Console:
 
 
 def checks_lines(checks: list[dict[str, Any]]) -> list[Text]:
-    """Failed checks first; a passed check keeps its numbers visible because "why not" often is "nearly not".
+    """Failed checks first, then warnings; a passed check keeps its numbers visible because "why not" often is "nearly not".
 
     `ok` is None for what nobody knows any more (a moment of a log).
     """
     lines = []
-    for check in sorted(checks, key=lambda each: _ORDER[each["ok"]]):
-        lines.append(Text.assemble(_MARKS[check["ok"]], f" {check['name']:<{_NAME_WIDTH}} ", _numbers(check)))
-        if check["ok"] is False and check.get("next_step"):
+    for check in sorted(checks, key=lambda each: _ORDER[_standing(each)]):
+        standing = _standing(check)
+        lines.append(Text.assemble(_MARKS[standing], f" {check['name']:<{_NAME_WIDTH}} ", _numbers(check)))
+        if standing in (False, "warning") and check.get("next_step"):
             lines.append(Text(f"    {check['next_step']}"))
     return lines
+
+
+def _standing(check: dict[str, Any]) -> bool | str | None:
+    return "warning" if check["ok"] and check.get("severity") == "warning" else check["ok"]
 
 
 def _numbers(check: dict[str, Any]) -> str:

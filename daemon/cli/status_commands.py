@@ -95,6 +95,7 @@ def status_view(status: dict[str, Any]) -> Group:
             f"late p99 {loop['late_us_p99']:.0f} us   log {status['log']['path']}"
         )
     )
+    parts.extend(Text(link["text"]) for link in status["links"].values())
     if status.get("fault"):
         parts.append(Text(f"fault: {status['fault']['text']}", style="red bold"))
     return Group(*parts)

@@ -20,13 +20,15 @@ import can
 from config.canopen_options import CanBus
 from config.errors import DriverError
 from config.multicast import refuse_leaking_multicast
+from drivers.canopen.counts import BusState
 
 SYNC_ID = 0x080
 HEARTBEAT_ID = 0x700
 OPERATIONAL = 5
 MOST_FRAMES = 128  # a cycle: six times what 1 Mbit/s carries in 1 ms; what is left over comes in the next cycle and is counted
 CONVERSATION_PERIOD_NS = 1_000_000  # SYNC period outside the loop
-_BUS_OFF, _RESTARTED = 0x040, 0x100  # classes of SocketCAN's error frames
+_CONTROLLER, _BUS_OFF, _RESTARTED = 0x004, 0x040, 0x100  # classes of SocketCAN's error frames
+_STATES = ((0x30, BusState.PASSIVE), (0x0C, BusState.WARNING), (0x40, BusState.ACTIVE))  # byte 1 of class CONTROLLER
 _UNREADABLE = can.Message(is_error_frame=True)  # counts as an error frame that says nothing
 
 FrameHandler = Callable[[bytearray, int], None]  # data, time of arrival in ns
@@ -49,9 +51,10 @@ class CanopenBus:
         self._cycle_ns = -1
         self._emptied_ns = 0
         self._heartbeat_due_ns = 0
-        self._cycle_faulty = self._bus_off = False
+        self._cycle_faulty = False
         self._faulty_cycles = 0
         self._last_error = ""
+        self.state = BusState.ACTIVE
         self.frames = self.foreign = self.left_over = self.send_failures = self.error_frames = 0
 
     def route(self, cob_id: int, handler: FrameHandler) -> None:
@@ -142,7 +145,7 @@ class CanopenBus:
 
     def _dispatch(self, message: can.Message, now_ns: int, unix_minus_monotonic_ns: int) -> None:
         if message.is_error_frame:
-            self._on_error_frame(message.arbitration_id)
+            self._on_error_frame(message.arbitration_id, message.data)
             return
         handler = self._routes.get(message.arbitration_id)
         if handler is None or message.is_extended_id or message.is_remote_frame:
@@ -152,12 +155,14 @@ class CanopenBus:
         arrived = int(message.timestamp * 1e9) - unix_minus_monotonic_ns
         handler(message.data, min(max(arrived, self._emptied_ns), now_ns))
 
-    def _on_error_frame(self, classes: int) -> None:
+    def _on_error_frame(self, classes: int, data: bytearray) -> None:
         self.error_frames += 1
         if classes & _BUS_OFF:
-            self._bus_off = True
+            self.state = BusState.OFF
         elif classes & _RESTARTED:
-            self._bus_off = False
+            self.state = BusState.ACTIVE
+        elif classes & _CONTROLLER and len(data) > 1 and self.state is not BusState.OFF:
+            self.state = next((state for bits, state in _STATES if data[1] & bits), self.state)
 
     def _send_heartbeat_if_due(self, now_ns: int) -> None:
         if self.heartbeat_withheld or not self.heartbeat_period_ns:
@@ -168,12 +173,12 @@ class CanopenBus:
             self.send(self._heartbeat)
 
     def _count_fault(self) -> None:
-        faulty = self._cycle_faulty or self._bus_off
+        faulty = self._cycle_faulty or self.state is BusState.OFF
         self._faulty_cycles = self._faulty_cycles + 1 if faulty else 0
         self._cycle_faulty = False
 
     def _raise_fault(self) -> NoReturn:
-        what = "the CAN controller is bus-off" if self._bus_off else f"the CAN bus is faulty ({self._last_error})"
+        what = "the CAN controller is bus-off" if self.state is BusState.OFF else f"the CAN bus is faulty ({self._last_error})"
         raise DriverError(
             what,
             value=f"{self._faulty_cycles} cycles in a row",

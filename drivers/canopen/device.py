@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from config.canopen_options import CanopenOptions
 from config.errors import DriverError
 from drivers.canopen.bus import HEARTBEAT_ID, OPERATIONAL, CanopenBus, Steps, acquire, release
+from drivers.canopen.counts import BUS_COUNTS, DEVICE_COUNTS, counts_of
 from drivers.canopen.node_setup import U16, NodeSetup, Setting
 from drivers.contract import Quality, Sample
 
@@ -95,6 +96,15 @@ class CanopenDevice:
         for cob_id in (self._tpdo_id, HEARTBEAT_ID + self.node, EMERGENCY_ID + self.node):
             bus.unroute(cob_id)
         release(bus)
+
+    def counts(self) -> dict[str, float]:
+        """DEVICE_COUNTS since the device was made."""
+        return counts_of(self, DEVICE_COUNTS)
+
+    def link_counts(self) -> tuple[str, dict[str, float]]:
+        """The bus's channel, and its BUS_COUNTS since it was opened."""
+        bus = self._opened()
+        return bus.settings.channel, counts_of(bus, BUS_COUNTS)
 
     def _set_up(self, setup: NodeSetup) -> None:
         """For subclasses: write and read back what this device needs."""

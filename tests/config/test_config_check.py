@@ -88,6 +88,20 @@ def test_a_calibration_past_its_day() -> None:
     assert not any("calibrate again" in text for text in before)
 
 
+def test_a_calibration_past_its_day_that_blocks_is_an_error() -> None:
+    record = "signals.axis.position.calibration"
+    text = apply_overrides(SMALL, [f"{record}.valid_until=2025-12-31", f"{record}.on_expiry=block"])
+    (found,) = [finding for finding in findings(text) if "calibrate again" in finding.text]
+    assert found.level == "error"
+    assert "cannot be armed" in found.text
+
+
+def test_a_proof_that_is_not_demanded_is_pointed_out() -> None:
+    text = apply_overrides(load_rig("ornl_testbed_can").text, ["devices.rotary_valve.options.demand_proof=false"])
+    assert any("devices.rotary_valve: demand_proof is false" in complaint for complaint in complaints(text))
+    assert not any("demand_proof" in complaint for complaint in complaints(load_rig("ornl_testbed_can").text))
+
+
 def test_a_measured_pressure_without_a_limit() -> None:
     text = changed(("interlocks:\n  supply_pressure_min: 1500 psi\n", ""))
     assert any("interlocks.supply_pressure_min is not set" in complaint for complaint in complaints(text))

@@ -15,7 +15,7 @@ from config.load import LoadedRig, apply_overrides, rig_from_text
 from control.signals import Mode
 from daemon.clock import WallClock
 from daemon.command import Command, CommandQueue
-from daemon.device_bank import DeviceBank, slow_channels, slow_mailbox
+from daemon.device_bank import DeviceBank
 from daemon.facts import Facts
 from daemon.io_process import SlowDevice
 from daemon.lockstep import Alone
@@ -23,6 +23,7 @@ from daemon.log_stream import LogStream
 from daemon.loop import ControlLoop
 from daemon.modes import Event
 from daemon.recorder import Recorder, Session
+from daemon.slow_samples import slow_mailbox
 from daemon.timing import WORDS, Timing
 from recording.event import Event as LogEvent
 from recording.event import decode_event
@@ -82,7 +83,7 @@ class CanDaemon:
         rig, layout = self.rig, CycleLayout.of_rig(self.rig)
         self.facts = Facts(rig, layout)
         self.recorder = Recorder(Session(LoadedRig(rig, text, "can.yaml"), directory, {"clock": "wall"}))
-        slow = {name: slow_mailbox(name, len(slow_channels(rig, name))) for name, device in rig.devices.items() if device.slow}
+        slow = {name: slow_mailbox(rig, name) for name, device in rig.devices.items() if device.slow}
         for name, box in slow.items():
             self._threads.append(threading.Thread(target=SlowDevice(name, rig, box).run, args=(self._ended,), daemon=True))
             self._threads[-1].start()

@@ -15,9 +15,10 @@ from running_daemon import RunningDaemon, arm, until
 from config.errors import DriverError
 from config.load import load_rig, rig_from_text
 from config.rig import Device, Rig
-from daemon.device_bank import DeviceBank, slow_channels, slow_mailbox
+from daemon.device_bank import DeviceBank
 from daemon.facts import Facts
 from daemon.io_process import SlowDevice
+from daemon.slow_samples import slow_mailbox
 from drivers.contract import Driver, Quality, Sample
 from recording.layout import CycleLayout
 
@@ -116,7 +117,7 @@ class Blocking:
 
 def bank_with_slow_box(rig: Rig) -> tuple[DeviceBank, list[float], Callable[[str], int], SlowDevice, threading.Event]:
     facts, released = Facts(rig, CycleLayout.of_rig(rig)), threading.Event()
-    box = slow_mailbox("box", len(slow_channels(rig, "box")))
+    box = slow_mailbox(rig, "box")
 
     def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
         return Blocking(released)

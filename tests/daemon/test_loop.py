@@ -42,8 +42,13 @@ def test_nothing_is_written_before_arming_and_zero_while_arming(tmp_path: Path) 
     with simple_rig(tmp_path) as (rig, device):
         rig.cycles(20)
         assert device.written is None
-        rig.arm()
-        assert device.written == [0.0, 0.0]
+        rig.post(Event.RESET)
+        rig.post(Event.ARM)
+        rig.until(lambda: rig.mode is Mode.ARMING)
+        for _ in range(100):
+            rig.cycles(1)
+            assert rig.mode is Mode.ARMING
+            assert device.written == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("signal", ["rotary.position", "prismatic.position", "rotary.supply_pressure", "tip.acceleration"])

@@ -44,6 +44,7 @@ def twin_rig_text(channel: str, modbus_port: int, interface: str = "virtual") ->
     rig["devices"] = _devices({"interface": interface, "channel": channel}, modbus_port)
     for name in DROPPED:
         del rig["signals"][name]
+    rig.pop("end_point", None)  # it needs one of those
     for name, signal in rig["signals"].items():
         _connect(name, signal)
     rig["outputs"] = {

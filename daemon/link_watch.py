@@ -1,0 +1,110 @@
+"""What the links to the devices count: once a second into the facts, which `longreach status` shows, and into the recording.
+
+A link is a CAN bus with its devices, or a slow device of the I/O process. Numbers run since the devices were opened. Rising losses are told
+to the operator too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from config.canopen_options import canopen_devices
+from config.rig import Rig
+from daemon.log_stream import LogStream
+from drivers.canopen.counts import BUS_COUNTS, DEVICE_COUNTS, BusState
+from drivers.contract import Counts
+from recording.event import Level
+
+PERIOD_S = 1.0
+SLOW_COUNTS = ("polls", "failed_polls")
+MISSED_SHARE = 0.01  # of the cycles: a shared computer makes single frames late
+_LOSSES = ("left_over", "send_failures", "error_frames", "malformed", "failed_polls")
+_IN_TEXT = ("frames", "foreign", "send_failures", "error_frames", "polls", "failed_polls")
+
+
+def link_facts(rig: Rig) -> dict[str, tuple[str, ...]]:
+    """Link → its facts: LINK.COUNT, and DEVICE.COUNT of the devices on it."""
+    facts: dict[str, tuple[str, ...]] = {}
+    for name, options in canopen_devices(rig).items():
+        channel = options.bus.channel
+        of_bus = facts.get(channel) or tuple(f"{channel}.{count}" for count in BUS_COUNTS)
+        facts[channel] = (*of_bus, *(f"{name}.{count}" for count in DEVICE_COUNTS))
+    slow = (name for name, device in rig.devices.items() if device.slow)
+    return facts | {name: tuple(f"{name}.{count}" for count in SLOW_COUNTS) for name in slow}
+
+
+def bus_state(number: float) -> str:
+    """In words."""
+    return BusState(int(number)).name.lower()
+
+
+class LinkWatch:
+    """All links of one rig. `update` may be called in every cycle, after the outputs are written."""
+
+    def __init__(self, rig: Rig, drivers: Mapping[str, object], places: Mapping[str, int], log: LogStream) -> None:
+        """`places`: where each fact of link_facts() stands in the facts."""
+        self._links = link_facts(rig)
+        self._places = places
+        self._counting = [(name, driver) for name, driver in drivers.items() if isinstance(driver, Counts)]
+        self._log = log
+        self._most_missed = MISSED_SHARE * rig.loop.rate_Hz * PERIOD_S
+        self._before: dict[str, float] = {}
+        self._next_ns = 0
+
+    def look_soon(self) -> None:
+        """In the next cycle: a recording begins or ends."""
+        self._next_ns = 0
+
+    def update(self, values: list[float], now_ns: int) -> None:
+        if now_ns < self._next_ns or not self._links:
+            return
+        self._next_ns = now_ns + round(1e9 * PERIOD_S)
+        self._collect(values)
+        for link, facts in self._links.items():
+            numbers = {fact: values[self._places[fact]] for fact in facts}
+            text = link_text(link, numbers)
+            self._log.note(Level.INFO, "link", text, numbers)
+            if trouble := self._trouble(numbers):
+                self._log.event(Level.WARNING, "link_trouble", f"{text}; lately {', '.join(trouble)}", numbers)
+            self._before |= numbers
+
+    def _collect(self, values: list[float]) -> None:
+        """The fast devices' numbers; those of slow ones come with their samples."""
+        for name, driver in self._counting:
+            link, of_link = driver.link_counts()
+            for owner, counts in ((name, driver.counts()), (link, of_link)):
+                for count, number in counts.items():
+                    if (place := self._places.get(f"{owner}.{count}")) is not None:
+                        values[place] = number
+
+    def _trouble(self, numbers: Mapping[str, float]) -> list[str]:
+        """What was lost since the last look, in words."""
+        found = []
+        for fact, number in numbers.items():
+            count = fact.rpartition(".")[2]
+            before = self._before.get(fact, 0.0 if count in _LOSSES else number)
+            if count == "state" and number != before:
+                found.append(f"{bus_state(before)} → {bus_state(number)}")
+            elif (count in _LOSSES and number > before) or (count == "missed" and number - before > self._most_missed):
+                found.append(f"{fact} +{number - before:g}")
+        return found
+
+
+def link_text(link: str, numbers: Mapping[str, float]) -> str:
+    """'can0 active: 4000 frames, 0 foreign, 0 send failures, 0 error frames; missed: rotary_encoder 2'"""
+    state = numbers.get(f"{link}.state")
+    shown = [f"{numbers[fact]:.0f} {count.replace('_', ' ')}" for count in _IN_TEXT if (fact := f"{link}.{count}") in numbers]
+    missed = [f"{fact[: -len('.missed')]} {number:.0f}" for fact, number in numbers.items() if fact.endswith(".missed") and number]
+    head = link if state is None else f"{link} {bus_state(state)}"
+    return f"{head}: {', '.join(shown)}" + (f"; missed: {', '.join(missed)}" if missed else "")
+
+
+def links_status(rig: Rig, names: Sequence[str], values: Sequence[float]) -> dict[str, Any]:
+    """For `status`: link → its line of text and all its numbers by fact."""
+    places = {name: place for place, name in enumerate(names)}
+    shown = {}
+    for link, facts in link_facts(rig).items():
+        numbers = {fact: values[places[fact]] for fact in facts}
+        shown[link] = {"text": link_text(link, numbers), "counts": numbers}
+    return shown
