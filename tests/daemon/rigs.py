@@ -30,3 +30,8 @@ def names_of(rig: LockstepRig) -> list[str]:
 
 def texts_of(rig: LockstepRig, name: str) -> list[str]:
     return [event.text for event in rig.events if event.name == name]
+
+
+def delay_once(rig: LockstepRig, delay_ns: int) -> None:
+    """The cycle under way takes so much longer."""
+    rig.clock.wait_until(rig.clock.now_ns() + delay_ns)
