@@ -1,4 +1,8 @@
-"""Where model and measurement disagree: channel, balance equation, operating region, band. Reported even when no name is found."""
+"""Where model and measurement disagree: channel, balance equation, operating region, band. Reported even when no name is found.
+
+The equation is the balance that comes out even least (weak form). Where the sensors do not allow a balance to be formed, it is the
+one whose effects leave the best signature, among those not seen to hold.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +14,15 @@ from typing import Any
 import numpy as np
 
 from config.rig import Rig
+from gap.balances import Balance, balances
+from gap.dependence import dependences
 from gap.fit import Evaluation
-from gap.measured import Array
+from gap.measured import Array, Measured
+from gap.noise import noise_floors
 from gap.screen import Screening
 from sim_backend.parameters import Parameters
 
+VIOLATED = 2.0  # standard deviations of the imbalance, root mean square over a log
 LEAST_SHARE = 0.05  # of the excess, for a channel to be reported
 BINS = 5
 _BAND = (0.05, 0.95)  # cumulated excess between which the band lies
@@ -29,6 +37,8 @@ class Place:
     region: str
     band_Hz: tuple[float, float]
     share: float
+    imbalance_z: float | None = None  # of the equation in standard deviations; None where it could not be formed
+    depends_on: tuple[dict[str, Any], ...] = ()  # on what the imbalance depends most, with means and 95 % intervals
 
     def as_dict(self) -> dict[str, Any]:
         return asdict(self) | {"band_Hz": list(self.band_Hz)}
@@ -40,17 +50,39 @@ def localise(evaluations: Sequence[Evaluation], names: Sequence[str], screening:
     if excess.sum() <= 0.02:
         return []
     shares = excess / excess.sum()
-    equation = _equation(screening)
+    formed = _formed([e.experiment.log for e in evaluations], rig)
+    worst = max(formed, key=lambda item: item[1].z, default=None)
+    if worst is None or worst[1].z < VIOLATED:
+        equation, z, found = _by_signature(screening, formed), None, []
+    else:
+        equation, z = f"{worst[1].equation} of {worst[1].where}", round(worst[1].z, 1)
+        found = dependences(worst[1], worst[0], rig)
+    depends_on = tuple(d.as_dict() for d in found)
     return [
-        Place(names[k], equation, _region(evaluations, k, rig), _band(evaluations, k), round(float(shares[k]), 3))
+        Place(
+            names[k],
+            equation,
+            found[0].text() if found else _region(evaluations, k, rig),
+            _band(evaluations, k),
+            round(float(shares[k]), 3),
+            z,
+            depends_on,
+        )
         for k in np.argsort(-shares)
         if shares[k] >= LEAST_SHARE
     ]
 
 
-def _equation(screening: Screening | None) -> str:
-    """The balance equation whose effects explain most of the residual, freed of what the constants explain."""
-    shares = screening.shares_by_equation() if screening else {}
+def _formed(logs: Sequence[Measured], rig: Rig) -> list[tuple[Measured, Balance]]:
+    """Every balance of every log, with its log."""
+    sigma = noise_floors(logs, rig)
+    return [(log, balance) for log in logs for balance in balances(log, rig, sigma)]
+
+
+def _by_signature(screening: Screening | None, formed: Sequence[tuple[Measured, Balance]]) -> str:
+    """The equation whose effects explain most of the residual, freed of what the constants explain; none of those seen to hold."""
+    held = {(balance.equation, balance.where) for _, balance in formed}
+    shares = {key: share for key, share in (screening.shares_by_equation() if screening else {}).items() if key not in held}
     if not shares:
         return "not located"
     (equation, where), share = max(shares.items(), key=lambda item: item[1])
