@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from config.bus_budget import check_bus_budget
 from config.canopen_options import proofs
+from config.check_identified import check_identified
 from config.check_plant import check_plant
 from config.errors import ConfigError
 from config.finding import Finding
@@ -32,6 +33,7 @@ def check_rig(loaded: LoadedRig, today: datetime.date) -> list[Finding]:
         _calibrations(rig, today),
         _interlocks(rig),
         _link(rig),
+        check_identified(loaded, today),
         check_plant(rig),
         check_bus_budget(rig),
         _proofs(rig),

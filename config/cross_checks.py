@@ -17,7 +17,18 @@ from config.yaml_tree import YamlTree, dotted
 
 def cross_check(tree: YamlTree) -> list[Problem]:
     """Every contradiction between the sections of a rig file."""
-    checks = (_arm_joints, _one_entry_per_joint, _inferred_keys, _signal_names, _positions, _devices, _interlock_signals, _end_point, _oil)
+    checks = (
+        _arm_joints,
+        _one_entry_per_joint,
+        _inferred_keys,
+        _signal_names,
+        _positions,
+        _devices,
+        _interlock_signals,
+        _end_point,
+        _oil,
+        _identified,
+    )
     return [*(problem for check in checks for problem in check(tree)), *cross_check_plant(tree)]
 
 
@@ -150,6 +161,12 @@ def _oil(tree: YamlTree) -> Iterator[Problem]:
         if isinstance(source, str) and source not in fitted:
             what = f"{dotted(path)}: there is no temperature signal {source!r}{nearest_text(source, fitted)}"
             yield tree.problem(path, what, next_step=f"Temperature signals: {', '.join(fitted) or 'none'}.")
+
+
+def _identified(tree: YamlTree) -> Iterator[Problem]:
+    """Identified numbers of the link need a link."""
+    if tree.value(("identified",)) is not None and tree.value(("link_mode",)) is None:
+        yield tree.problem(("identified",), "identified needs the section 'link_mode', whose numbers it replaces", of_key=True)
 
 
 def _motions(tree: YamlTree) -> dict[str, str]:

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from config.cross_checks import cross_check
 from config.errors import ConfigError
+from config.identified import with_identified
 from config.maneuver import AnyManeuver, Maneuver
 from config.overrides import apply_overrides
 from config.problems import Problem, config_error
@@ -22,7 +23,7 @@ __all__ = ["LoadedManeuver", "LoadedRig", "apply_overrides", "find", "load_maneu
 
 @dataclass(frozen=True, slots=True)
 class LoadedRig:
-    """A rig, the text it came from (it goes into every log) and where that was."""
+    """A rig, the text it came from (it goes into every log; numbers of a calibration record are put in) and where that was."""
 
     rig: Rig
     text: str
@@ -42,6 +43,8 @@ def load_rig(path: str | Path) -> LoadedRig:
     """Load a rig file, given as a path or as the name of a shipped rig ("ornl_testbed")."""
     file = find("rigs", path)
     text = read_text(file)
+    rig_from_text(text, str(file))
+    text = with_identified(text, file)
     return LoadedRig(rig_from_text(text, str(file)), text, str(file))
 
 

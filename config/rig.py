@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag, ValidationInfo, field_validator, model_validator
@@ -79,6 +80,14 @@ class Arm(Section):
     hub_offset_m: float = quantity("m", "hub axis to bearing exit", 0.0, low=0, high=2)
 
 
+class FrequencyPoint(Section):
+    """A measured frequency of the link."""
+
+    extension_m: float = quantity("m", "where it was measured", low=1e-3, high=100)
+    frequency_Hz: float = quantity("Hz", "damped frequency with the payload of link_mode", low=0.01, high=1000)
+    uncertainty_Hz: float = quantity("Hz", "two standard deviations", 0.0, low=0, high=1000)
+
+
 class LinkMode(Section):
     """What the controller believes about the flexible link: gives the frequency the shapers use."""
 
@@ -86,6 +95,26 @@ class LinkMode(Section):
     mass_per_length_kg_per_m: float = quantity("kg/m", "rho A of the link", low=0.01, high=200)
     payload_kg: float = quantity("kg", "mass at the tip", low=0, high=1000)
     damping_ratio: float = quantity("", "structural damping ratio of the first mode", 0.005, low=0, high=0.5)
+    frequency_map: tuple[FrequencyPoint, ...] = Field(
+        default=(), max_length=100, description="measured frequencies that correct the formula, in the order of rising extension"
+    )
+
+    @field_validator("frequency_map")
+    @classmethod
+    def _map_rises(cls, points: tuple[FrequencyPoint, ...]) -> tuple[FrequencyPoint, ...]:
+        extensions = [point.extension_m for point in points]
+        if any(later <= earlier for earlier, later in pairwise(extensions)):
+            raise ValueError(f"extensions must rise from point to point, got {extensions} m")
+        return points
+
+
+class Identified(Section):
+    """Numbers of link_mode that come from a calibration record; what stands in link_mode itself is replaced when the file is loaded."""
+
+    record: str = Field(description="calibration record (`longreach identify`); a relative path counts from the rig file")
+    use: tuple[Literal["payload", "frequency_map", "damping_ratio"], ...] = Field(
+        default=("payload", "frequency_map", "damping_ratio"), min_length=1, description="what is taken from it"
+    )
 
 
 class Output(Section):
@@ -140,6 +169,7 @@ class Rig(Section):
     joints: dict[JointName, AnyJoint] = Field(min_length=1, description="every joint by name, in the order of logs and outputs")
     servo: dict[JointName, AnyServo] = Field(description="the controller of every joint")
     link_mode: LinkMode | None = None
+    identified: Identified | None = None
     end_point: EndPoint | None = None
     devices: dict[str, Device] = Field(min_length=1, description="every device by name")
     signals: dict[str, AnySignal] = Field(description="every fitted sensor; the name says what it measures, see below")

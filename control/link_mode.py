@@ -7,25 +7,42 @@ At most 0.02 % high with 15 lb or more at the tip of the testbed's tube, 1.5 % h
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from math import pi, sqrt
 
 from config.rig import LinkMode
 
 
 class LinkFrequency:
-    """What the controller believes about the link. `scale` multiplies every frequency (to study a wrong belief)."""
+    """What the controller believes about the link. `scale` multiplies every frequency (to study a wrong belief).
 
-    __slots__ = ("_added", "_factor", "_mass", "damping_ratio")
+    Where `link.frequency_map` has measured frequencies, the formula is multiplied by measured over computed: on straight lines between
+    the points, constant beyond them.
+    """
+
+    __slots__ = ("_added", "_extensions", "_factor", "_mass", "_ratios", "damping_ratio")
 
     def __init__(self, link: LinkMode, scale: float = 1.0) -> None:
         self.damping_ratio = link.damping_ratio
         self._factor = 3.0 * link.bending_stiffness_N_m2 * (1.0 - link.damping_ratio**2) * scale**2
         self._mass = link.payload_kg
         self._added = 33.0 / 140.0 * link.mass_per_length_kg_per_m
+        self._extensions = [point.extension_m for point in link.frequency_map]
+        self._ratios = [scale * 2.0 * pi * point.frequency_Hz / self._formula(point.extension_m) for point in link.frequency_map]
 
     def omega_d(self, extension_m: float) -> float:
         """Damped angular frequency in rad/s at an extension > 0."""
+        return self._formula(extension_m) * self._ratio(extension_m) if self._ratios else self._formula(extension_m)
+
+    def _formula(self, extension_m: float) -> float:
         return sqrt(self._factor / (extension_m**3 * (self._mass + self._added * extension_m)))
+
+    def _ratio(self, extension_m: float) -> float:
+        place = bisect_right(self._extensions, extension_m)
+        if place == 0 or place == len(self._extensions):
+            return self._ratios[min(place, len(self._ratios) - 1)]
+        low, high = self._extensions[place - 1], self._extensions[place]
+        return self._ratios[place - 1] + (extension_m - low) / (high - low) * (self._ratios[place] - self._ratios[place - 1])
 
     def frequency_Hz(self, extension_m: float) -> float:
         """Damped frequency in Hz."""

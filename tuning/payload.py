@@ -76,7 +76,7 @@ def clamped_Hz(link: LinkMode, payload_kg: float, extension_m: float) -> float:
     """First clamped frequency; the static shape's error without payload is taken off by the link's share of the modal mass."""
     own = LINK_MASS * link.mass_per_length_kg_per_m * extension_m
     high = 1.0 + ONE_SHAPE_ERROR * (own / (own + payload_kg)) ** 2
-    return LinkFrequency(link.model_copy(update={"payload_kg": payload_kg})).frequency_Hz(extension_m) / high
+    return LinkFrequency(link.model_copy(update={"payload_kg": payload_kg, "frequency_map": ()})).frequency_Hz(extension_m) / high
 
 
 def payload_of_hold(link: LinkMode, hold: FreeVibration) -> tuple[float, float]:
