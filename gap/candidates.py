@@ -244,13 +244,13 @@ def _allowed(section: type[EffectEntry], plant: Plant, rig: Rig, where: str) -> 
         return equation == LINK and arm and (name != "link_damping_error" or any(e.effect == "link_flexibility" for e in plant.effects))
     if equation in (SUPPLY, LINK):
         return False
-    if name == "gravity":
-        return where == next(iter(plant.joints))  # one entry tilts the whole arm
     joint = plant.joints[where]
     if isinstance(joint, Crosshead):
         return joint.area_m2 > 0 and name in RUBBING
     if joint.is_imposed:
         return False
+    if name == "gravity":
+        return where == next(iter(plant.joints))  # one entry tilts the whole arm
     return joint.is_hydraulic or (equation != FLOW and name not in ("pressure_friction", "valve_flow_asymmetry"))
 
 
