@@ -6,47 +6,56 @@ import argparse
 import json
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from config.errors import EXIT_REFUSED, DaemonError
 from daemon.cli.check_table import console
 from daemon.cli.connection import add_json_option
 
+if TYPE_CHECKING:
+    from daemon.faults.fault import Fault
+
 _EPILOG = """\
 Exit status 1 when a fault does not end as it must within its limit. Nothing of a running daemon or of a rig is touched: every trial has a
-simulated rig, a directory and, where it needs one, a daemon of its own. See docs/faults.md.
+simulated rig, a directory and, where it needs one, a daemon of its own. Faults in the twin need a network namespace (root), and are
+skipped with the reason where none can be made. See docs/faults.md.
 """
 
 
 def register(commands: Any) -> None:
     parser = commands.add_parser("faults", help="inject faults into the simulated rig and measure the time to safe", epilog=_EPILOG)
     parser.add_argument("--trials", type=int, default=20, metavar="N", help="trials of each fault that the loop sees (default 20)")
-    parser.add_argument("--process-trials", type=int, metavar="N", help="trials of each fault of processes (default 5, --quick 1)")
-    parser.add_argument("--quick", action="store_true", help="2 trials of each fault, 1 where processes are started")
-    parser.add_argument("--lockstep", action="store_true", help="only the faults that the loop sees, no processes")
+    parser.add_argument("--slow-trials", type=int, metavar="N", help="trials of each of the others (default 5, --quick 1)")
+    parser.add_argument("--quick", action="store_true", help="2 trials of each fault, 1 on the wall clock")
+    places = ("loop", "processes", "twin")
+    parser.add_argument("--where", action="append", choices=places, help="only faults injected there (may be given again)")
     parser.add_argument("--only", action="append", default=[], metavar="WORDS", help="faults whose name has these words in it")
+    parser.add_argument("--median", action="store_true", help="judge by the median and most reactions: the machine has other users")
+    parser.add_argument("--keep", type=Path, metavar="FILE.json", help="add the measurements to this file; what is there is not repeated")
     parser.add_argument("--page", type=Path, metavar="FILE.md", help="write the table as a page")
     add_json_option(parser)
     parser.set_defaults(run_command=_faults)
 
 
 def _faults(arguments: argparse.Namespace) -> int:
-    from daemon.faults import matrix, report  # here, because the simulation would slow down every other command
+    from daemon.faults import kept, matrix, report  # here, because the simulation would slow down every other command
+    from daemon.faults.fault import Where
+    from daemon.faults.twin_bench import TwinBench
 
-    chosen = [
-        fault
-        for fault in matrix.all_faults(processes=not arguments.lockstep)
-        if not arguments.only or any(words in fault.name for words in arguments.only)
-    ]
-    if not chosen:
-        raise DaemonError("no fault has these words in its name", value=", ".join(arguments.only))
     trials = matrix.QUICK_TRIALS if arguments.quick else arguments.trials
-    process_trials = arguments.process_trials or (1 if arguments.quick else matrix.PROCESS_TRIALS)
+    slow = arguments.slow_trials or (1 if arguments.quick else matrix.SLOW_TRIALS)
+    numbers = {Where.LOOP: trials, Where.PROCESSES: slow, Where.TWIN: slow}
     rows = []
-    for row in matrix.run_matrix(chosen, trials, process_trials):
-        rows.append(row)
-        print(f"{'ok' if row.ok else 'NO'}  {'  '.join(report.cells(row))}", file=sys.stderr, flush=True)
+    with TwinBench() as bench:
+        chosen = _chosen(matrix.all_faults(bench), arguments)
+        before = kept.read(arguments.keep) if arguments.keep else {}
+        for row in matrix.run_matrix(chosen, numbers, arguments.median, before):
+            rows.append(row)
+            print(f"{'ok' if row.ok else 'NO'}  {'  '.join(report.cells(row))}", file=sys.stderr, flush=True)
+            if arguments.keep:
+                kept.add(arguments.keep, row)
     if arguments.json:
         print(json.dumps([row.as_dict() for row in rows]))
     else:
@@ -56,9 +65,24 @@ def _faults(arguments: argparse.Namespace) -> int:
     return 0 if all(row.ok for row in rows) else EXIT_REFUSED
 
 
+def _chosen(faults: Sequence[Fault], arguments: argparse.Namespace) -> list[Fault]:
+    chosen = [
+        fault
+        for fault in faults
+        if (not arguments.where or fault.where in arguments.where)
+        and (not arguments.only or any(words in fault.name for words in arguments.only))
+    ]
+    if not chosen:
+        raise DaemonError(
+            "no fault has these words in its name", value=", ".join(arguments.only), next_step="See `longreach faults --quick`."
+        )
+    return chosen
+
+
 def _command(arguments: argparse.Namespace) -> str:
     words = ["longreach", "faults", "--trials", str(arguments.trials)]
-    words += ["--process-trials", str(arguments.process_trials)] if arguments.process_trials else []
-    words += [f"--{name}" for name in ("quick", "lockstep") if getattr(arguments, name)]
+    words += ["--slow-trials", str(arguments.slow_trials)] if arguments.slow_trials else []
+    words += [f"--{name}" for name in ("quick", "median") if getattr(arguments, name)]
+    words += [word for where in arguments.where or [] for word in ("--where", where)]
     words += [word for only in arguments.only for word in ("--only", only)]
     return shlex.join([*words, "--page", str(arguments.page)])

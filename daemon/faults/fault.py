@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import inf, isfinite
+from math import inf, isfinite, nan
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -21,6 +21,14 @@ class Until(StrEnum):
     SAFE = "outputs safe"  # every output has its safe value, and keeps it
     REST = "arm at rest"  # a controlled stop has ended and the servo holds
     RENEWED = "outputs renewed"  # nothing had to be made safe: the longest time for which the outputs were not renewed
+
+
+class Where(StrEnum):
+    """Where a fault is injected, and so what it takes to measure it."""
+
+    LOOP = "loop"  # the daemon's own loop in lockstep
+    PROCESSES = "processes"  # a daemon on the wall clock with the plant in its own process
+    TWIN = "twin"  # a daemon on the wall clock with devices behind CAN and Modbus
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,30 +51,41 @@ class Fault:
     until: Until
     limit_ms: float
     run: Callable[[Random, Path], Trial]
-    process: bool = False  # needs real processes, seconds a trial
+    where: Where = Where.LOOP
+    impossible: str = ""  # why it cannot be injected here; then it is skipped
     began_limit_ms: float | None = None
 
 
 @dataclass(slots=True)
 class Row:
-    """All trials of one fault. Ok: every one of them had the expected reaction within the limits."""
+    """All trials of one fault. Ok: every one of them had the expected reaction within the limits.
+
+    `by_median`: more than half of them had, and the median time is within the limit; for a machine that others use too.
+    """
 
     fault: Fault
     trials: list[Trial] = field(default_factory=list)
+    by_median: bool = False
+
+    @property
+    def skipped(self) -> bool:
+        return bool(self.fault.impossible)
 
     @property
     def reaction(self) -> str:
         """That of the first trial that went wrong, else of the first."""
+        if self.skipped:
+            return f"skipped: {self.fault.impossible}"
         wrong = [trial for trial in self.trials if self.fault.expected not in trial.reaction]
         return (wrong or self.trials)[0].reaction
 
     @property
     def median_ms(self) -> float:
-        return statistics.median(trial.time_ms for trial in self.trials)
+        return statistics.median(trial.time_ms for trial in self.trials) if self.trials else nan
 
     @property
     def worst_ms(self) -> float:
-        return max(trial.time_ms for trial in self.trials)
+        return max((trial.time_ms for trial in self.trials), default=nan)
 
     @property
     def worst_reacted_ms(self) -> float | None:
@@ -75,25 +94,27 @@ class Row:
 
     @property
     def ok(self) -> bool:
-        expected = all(self.fault.expected in trial.reaction for trial in self.trials)
-        return expected and self._began_in_time and self.worst_ms <= self.fault.limit_ms
+        good = sum(map(self._is_good, self.trials))
+        return self.skipped or (2 * good > len(self.trials) if self.by_median else good == len(self.trials) > 0)
 
-    @property
-    def _began_in_time(self) -> bool:
-        limit, began = self.fault.began_limit_ms, self.worst_reacted_ms
-        return limit is None or (began is not None and began <= limit)
+    def _is_good(self, trial: Trial) -> bool:
+        limit = self.fault.began_limit_ms
+        began = limit is None or (trial.reacted_ms is not None and trial.reacted_ms <= limit)
+        return self.fault.expected in trial.reaction and began and trial.time_ms <= self.fault.limit_ms
 
     def as_dict(self) -> dict[str, Any]:
         """As `--json` prints it; a time that never came is null."""
         return {
             "fault": self.fault.name,
             "group": self.fault.group,
+            "where": str(self.fault.where),
             "reaction": self.reaction,
             "until": str(self.fault.until),
             "time_to_safe_ms": {"median": _finite(self.median_ms), "worst": _finite(self.worst_ms)},
             "reaction_began_ms": self.worst_reacted_ms,
             "limit_ms": self.fault.limit_ms,
             "trials": len(self.trials),
+            "skipped": self.skipped,
             "ok": self.ok,
         }
 

@@ -121,4 +121,5 @@ def short(event: dict[str, Any]) -> str:
 
 
 def _cause(text: str) -> str:
-    return text.partition(" (")[0].rstrip(".")
+    """Without the numbers and without the advice."""
+    return text.partition(" (")[0].partition(". ")[0].rstrip(".")

@@ -2,34 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 
 from config.errors import LongreachError
-from daemon.faults.fault import NEVER_MS, Fault, Row, Trial
+from daemon.faults.fault import NEVER_MS, Fault, Row, Trial, Where
 from daemon.faults.loop_faults import loop_faults
 from daemon.faults.process_faults import process_faults
 from daemon.faults.sensor_faults import sensor_faults
+from daemon.faults.twin_bench import TwinBench
+from daemon.faults.twin_faults import twin_faults
 
 QUICK_TRIALS = 2
-PROCESS_TRIALS = 5  # each starts a daemon, which takes seconds
+SLOW_TRIALS = 5  # on the wall clock, seconds each
 
 
-def all_faults(processes: bool = True) -> tuple[Fault, ...]:
-    """Every fault this computer can inject; without `processes` only those that the loop sees in lockstep."""
-    return (*sensor_faults(), *loop_faults(), *(process_faults() if processes else ()))
+def all_faults(bench: TwinBench) -> tuple[Fault, ...]:
+    """Every fault there is; those in the twin are injected through `bench`."""
+    return (*sensor_faults(), *loop_faults(), *process_faults(), *twin_faults(bench))
 
 
-def run_matrix(faults: Iterable[Fault], trials: int, process_trials: int, tell: Callable[[Row], None] | None = None) -> Iterator[Row]:
-    """Rows as they are measured; `tell` hears of each. A trial that could not be made counts as one that never became safe."""
+def run_matrix(
+    faults: Iterable[Fault],
+    trials: Mapping[Where, int],
+    by_median: bool = False,
+    before: Mapping[str, Sequence[Trial]] | None = None,
+) -> Iterator[Row]:
+    """Rows as they are measured. A trial that could not be made counts as one that never became safe. `before`: trials made earlier,
+    by the fault's name; only what is missing is made.
+    """
     for fault in faults:
-        row = Row(fault)
-        for number in range(process_trials if fault.process else trials):
-            row.trials.append(_trial(fault, number))
-        if tell:
-            tell(row)
+        row = Row(fault, by_median=by_median)
+        if not fault.impossible:
+            row.trials += (before or {}).get(fault.name, ())
+            row.trials += [_trial(fault, number) for number in range(len(row.trials), trials[fault.where])]
         yield row
 
 

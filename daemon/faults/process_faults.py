@@ -15,7 +15,7 @@ import yaml
 
 from daemon.faults import clock_step, small_disk
 from daemon.faults.daemon_process import wait_for
-from daemon.faults.fault import Fault, Until
+from daemon.faults.fault import Fault, Until, Where
 from daemon.faults.lockstep_bench import loaded_rig
 from daemon.faults.loop_faults import device_limit_ms
 from daemon.faults.process_bench import After, Inject, Setting, Stage, process_trial, told_by_daemon, told_by_log
@@ -34,8 +34,7 @@ def process_faults() -> Iterator[Fault]:
     yield from _deaths()
     yield from _silences()
     yield from _io_faults()
-    if small_disk.possible():
-        yield from _disk_faults()
+    yield from _disk_faults()
     yield from _intruders()
     yield from _requests()
 
@@ -49,9 +48,10 @@ def _fault(
     inject: Inject,
     after: After | None = None,
     where: Setting | None = None,
+    impossible: str = "",
 ) -> Fault:
     run = process_trial(inject, until, ceil(2.0 * limit_ms) + 1000.0, after, where)
-    return Fault(name, group, expected, until, limit_ms, run, process=True)
+    return Fault(name, group, expected, until, limit_ms, run, where=Where.PROCESSES, impossible=impossible)
 
 
 def _deaths() -> Iterator[Fault]:
@@ -96,12 +96,14 @@ def _disk_faults() -> Iterator[Fault]:
         overrides = (f"interlocks.disk_free_min={least_MB} MB",)
         return Setting(overrides, log_dir=small_disk.mounted, release=small_disk.unmount)
 
+    no_disk = "" if small_disk.possible() else "no file system can be mounted; run as root"
     nearly = where(small_disk.LEAST_FREE_MB)
     full_ms, nearly_ms = RECORDER_AGE_LIMIT_S * 1e3 + STOP_MS, LOOK_MS + STOP_MS
     little = "controlled stop: disk space"
-    yield _fault("disk nearly full", "disk", little, Until.REST, nearly_ms, lambda stage: small_disk.fill(stage.directory, 8), None, nearly)
+    few, full = (lambda stage: small_disk.fill(stage.directory, 8)), (lambda stage: small_disk.fill(stage.directory, 0))
+    yield _fault("disk nearly full", "disk", little, Until.REST, nearly_ms, few, None, nearly, no_disk)
     lost = "controlled stop: recorder"
-    yield _fault("disk full", "disk", lost, Until.SAFE, full_ms, lambda stage: small_disk.fill(stage.directory, 0), None, where(0))
+    yield _fault("disk full", "disk", lost, Until.SAFE, full_ms, full, None, where(0), no_disk)
 
 
 def _intruders() -> Iterator[Fault]:

@@ -7,10 +7,11 @@ from math import isfinite
 
 from rich.table import Table
 
-from daemon.faults.fault import Row, Until
+from daemon.faults.fault import NEVER_MS, Row, Until
 from daemon.faults.process_faults import ASKED_MS
 
-_HEADINGS = ("fault", "reaction", "time to", "median ms", "worst ms", "limit ms", "trials")
+_HEADINGS = ("fault", "where", "reaction", "time to", "median ms", "worst ms", "limit ms", "trials")
+_ALL = "All {} faults end as they must."
 _EXPLANATION = f"""\
 Every fault is injected while the arm moves: at 50 deg/s or 10 in/s where the loop sees it (the daemon's own loop in lockstep, at a random
 instant between two cycles), at 20 deg/s where processes are concerned (a real daemon on the wall clock). The time begins with the
@@ -47,18 +48,21 @@ def table(rows: Sequence[Row]) -> Table:
 
 def cells(row: Row) -> tuple[str, ...]:
     times = (_ms(row.median_ms), _ms(row.worst_ms), f"{row.fault.limit_ms:.0f}", str(len(row.trials)))
-    return row.fault.name, row.reaction, str(row.fault.until), *times
+    return row.fault.name, str(row.fault.where), row.reaction, str(row.fault.until), *times
 
 
 def page(rows: Sequence[Row], command: str) -> str:
     """Markdown with the command that made it."""
-    failed = [row.fault.name for row in rows if not row.ok]
-    verdict = f"All {len(rows)} faults end as they must." if not failed else f"{len(failed)} of {len(rows)} do not: {', '.join(failed)}."
+    measured = [row for row in rows if not row.skipped]
+    failed = [row.fault.name for row in measured if not row.ok]
+    verdict = f"{len(failed)} of {len(measured)} do not end as they must: {', '.join(failed)}." if failed else _ALL.format(len(measured))
+    if len(measured) < len(rows):
+        verdict += f" {len(rows) - len(measured)} could not be injected here."
     lines = ["# The fault matrix", "", f"Made by `{command}`. {verdict}", ""]
-    lines += [f"| {' | '.join(_HEADINGS)} | ok |", "|---|---|---|--:|--:|--:|--:|---|"]
+    lines += [f"| {' | '.join(_HEADINGS)} | ok |", "|---|---|---|---|--:|--:|--:|--:|---|"]
     lines += [f"| {' | '.join(cells(row))} | {'ok' if row.ok else '**NO**'} |" for row in rows]
     return "\n".join([*lines, "", "## What is measured", "", _EXPLANATION])
 
 
 def _ms(value: float) -> str:
-    return f"{value:.1f}" if isfinite(value) else "never"
+    return "never" if value == NEVER_MS else f"{value:.1f}" if isfinite(value) else "-"

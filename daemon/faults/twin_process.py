@@ -46,11 +46,16 @@ def multicast_rig(overrides: Sequence[str] = ()) -> str:
     return apply_overrides(load_rig("ornl_testbed_can").text.replace(_SHIPPED, _HERE), [*pinned, *overrides])
 
 
+def late_frames(text: str, missing: int) -> str:
+    """The same rig, in which a device is silent only after so many missing frames."""
+    for line in {line for line in text.splitlines() if line.startswith("      node: ")}:
+        text = text.replace(f"{line}\n", f"{line}\n      missing_frames: {missing}\n")
+    return text
+
+
 def patient(text: str) -> str:
     """The same rig with patience for a busy machine: frames, cycles and heartbeats may be late."""
-    for line in (line for line in text.splitlines() if line.startswith("      node: ")):
-        text = text.replace(f"{line}\n", f"{line}\n      missing_frames: {_PATIENT_FRAMES}\n")
-    return apply_overrides(text, PATIENCE)
+    return apply_overrides(late_frames(text, _PATIENT_FRAMES), PATIENCE)
 
 
 class TwinProcess:

@@ -41,6 +41,8 @@ class PlantFeed:
             if name in plant.channels
         }
         self._healthy = plant.parameters.values.copy()
+        self._cool = plant.state[H.RESERVOIR : H.OIL + 1].copy()
+        self._heated = False
         self._sense()
 
     def step(self, command_V: Sequence[float]) -> None:
@@ -55,11 +57,16 @@ class PlantFeed:
             self._settle_ideal_supply()
         elif fault == "oil_temperature":
             self.plant.state[H.RESERVOIR : H.OIL + 1] = amount
+            self._heated = True
         else:
             raise PlantError("the plant has no such fault", value=fault, limit=", ".join(FAULTS))
 
     def clear(self) -> None:
+        """The healthy parameters, and oil as warm as at the start when it was heated."""
         self.plant.parameters.values[:] = self._healthy
+        if self._heated:
+            self.plant.state[H.RESERVOIR : H.OIL + 1] = self._cool
+            self._heated = False
         self._settle_ideal_supply()
 
     def describe(self) -> dict[str, float | str]:
