@@ -1,0 +1,70 @@
+"""Where many searches run: any `concurrent.futures.Executor`. Processes of this machine by default, a Dask cluster at an address.
+
+Tasks are module-level functions of picklable arguments that return all they have to say, so that the place they run at cannot matter.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from config.errors import ConfigError
+
+Task = TypeVar("Task")
+Answer = TypeVar("Answer")
+
+THREADS_OF_LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # the searches bring their own threads
+CONNECT_S = 10.0
+
+
+@contextmanager
+def executor(workers: int | None = None, dask: str | None = None) -> Iterator[Executor]:
+    """`workers` processes (default: one a processor), or the workers of the Dask scheduler at `dask` ("tcp://host:8786").
+
+    Leaving the context waits for nothing: what has not begun is cancelled. ConfigError without the extra `longreach[dask]` or when
+    the scheduler does not answer.
+    """
+    if dask is not None:
+        with _dask_executor(dask) as pool:
+            yield pool
+        return
+    # spawn: a forked copy of a process with threads and compiled code may hang
+    pool_of_processes = ProcessPoolExecutor(workers or os.cpu_count() or 1, multiprocessing.get_context("spawn"), _one_thread)
+    try:
+        yield pool_of_processes
+    finally:
+        pool_of_processes.shutdown(wait=False, cancel_futures=True)
+
+
+def each(pool: Executor, work: Callable[[Task], Answer], tasks: Sequence[Task]) -> Iterator[tuple[int, Answer]]:
+    """Number and answer of every task, in the order in which they are finished. A task's exception is raised here."""
+    waiting = {pool.submit(work, task): number for number, task in enumerate(tasks)}
+    for future in as_completed(waiting):
+        yield waiting[future], future.result()
+
+
+@contextmanager
+def _dask_executor(address: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client  # optional: only who asks for a cluster needs it
+    except ImportError as error:
+        advice = 'Install it with: pip install "longreach[dask]"'
+        raise ConfigError("a Dask cluster needs the library distributed", where="--dask", next_step=advice) from error
+    try:
+        client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        advice = "Start one with `dask scheduler` and `dask worker`, or leave --dask away to use this machine's processes."
+        raise ConfigError("no Dask scheduler answers", value=address, where="--dask", next_step=advice) from error
+    try:
+        yield client.get_executor(pure=False)
+    finally:
+        client.close()
+
+
+def _one_thread() -> None:
+    for name in THREADS_OF_LIBRARIES:
+        os.environ[name] = "1"

@@ -1,0 +1,179 @@
+"""The cases of a study, all drawn from one seed: what is hidden, how large, on which logs. See docs/blind.md for the protocol."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from blind.truth.effects import STRANGE
+from blind.truth.friction import BRISTLE, RIGID, SLIP
+from blind.truth.session import Hidden, Setting
+
+RIG = "ornl_testbed"
+FIT, HOLDOUT = ("strokes+multisine", 16.0), ("reversals+stairs", 14.0)
+MULTIPLES = (3.0, 10.0, 1.0)
+SEEDS = 3
+NULLS, PAIRS, STRANGE_SEEDS, POOR_SEEDS = 60, 30, 4, 2
+FORMS = (
+    SLIP,
+    BRISTLE,
+    SLIP,
+    RIGID,
+)  # of friction, by turns; see docs/blind.md
+SIZES = Path(__file__).with_name("smallest_visible.json")
+
+# One place of each effect; None: no size to scale. bulk_modulus_temperature needs hours of warming up, no log of half a minute shows it.
+PLACES: Sequence[tuple[str, str]] = (
+    ("coulomb_friction", "rotary"), ("stiction", "prismatic"), ("viscous_friction", "rotary"), ("asymmetric_friction", "prismatic"),
+    ("pressure_friction", "rotary"), ("backlash", "rotary"), ("inertia_error", "rotary"), ("gravity", "rotary"),
+    ("valve_deadband", "rotary"), ("valve_hysteresis", "prismatic"), ("valve_null_bias", "rotary"), ("valve_saturation", "prismatic"),
+    ("valve_lag", "rotary"), ("valve_flow_asymmetry", "rotary"), ("transport_delay", "prismatic"), ("cross_leakage", "rotary"),
+    ("external_leakage", "prismatic"), ("entrained_air", "rotary"), ("hose_compliance", "prismatic"), ("supply_droop", "supply"),
+    ("return_back_pressure", "supply"), ("line_loss", "supply"), ("payload_error", "link"), ("link_flexibility", "link"),
+    ("link_damping_error", "link"), ("sensor_delay", "sensor:tip.deflection"), ("sensor_scale", "sensor:prismatic.position"),
+    ("sensor_offset", "sensor:tip.deflection"), ("sensor_quantization", "sensor:prismatic.position"),
+    ("sensor_polarity", "sensor:tip.deflection"),
+)  # fmt: skip
+UNSIZED = {"sensor_polarity": -1.0}
+STIFFEST_N_M2 = 35567.5  # once the size of a bending link: ten times the rig's stiffness
+# Effects that the poor maneuver (one joint, one kind of motion) can hardly tell from their look-alikes.
+POOR = (
+    (("coulomb_friction", "rotary"), "strokes"), (("valve_deadband", "rotary"), "strokes"), (("valve_lag", "rotary"), "stairs"),
+    (("transport_delay", "prismatic"), "stairs"), (("entrained_air", "rotary"), "strokes"), (("hose_compliance", "prismatic"), "strokes"),
+    (("valve_null_bias", "rotary"), "stairs"), (("viscous_friction", "rotary"), "stairs"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One case with its answer. `removed`: effects taken out of the rig file that the finder gets."""
+
+    name: str  # tells nothing
+    group: str
+    setting: Setting
+    removed: tuple[tuple[str, str], ...]
+    multiple: float  # of the smallest visible size; 0 where there is none
+    fit: tuple[str, float]
+    holdout: tuple[str, float]
+
+    def as_json(self) -> str:
+        return json.dumps(asdict(self))
+
+    @staticmethod
+    def from_json(text: str) -> Case:
+        raw = json.loads(text)
+        hidden = tuple(Hidden(**item) for item in raw["setting"].pop("hidden"))
+        raw["setting"] = Setting(hidden=hidden, **raw["setting"])
+        raw["removed"] = tuple(tuple(pair) for pair in raw["removed"])
+        return Case(**raw | {"fit": tuple(raw["fit"]), "holdout": tuple(raw["holdout"])})
+
+    @property
+    def truth(self) -> tuple[tuple[str, str], ...]:
+        """Names that are right; none for an effect outside the library."""
+        return tuple((h.effect, h.where) for h in self.setting.hidden if h.effect not in STRANGE)
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """The smallest size of one effect that the finder says it would see (negative: it lowers its number), and its value when absent."""
+
+    visible: float
+    neutral: float
+    limit: float  # of |value − neutral|, the largest plausible
+
+    def value(self, multiple: float, side: float) -> float:
+        return self.neutral + side * min(max(multiple * self.visible, -self.limit), self.limit)
+
+
+def sizes(path: Path = SIZES) -> dict[tuple[str, str], Size]:
+    rows = json.loads(path.read_text())["sizes"]
+    return {(r["effect"], r["where"]): Size(r["visible"], r["neutral"], r["limit"]) for r in rows}
+
+
+def cases(master_seed: int, known: dict[tuple[str, str], Size]) -> list[Case]:
+    """All cases in the order in which they are run: every stretch of them has a fair share of every group."""
+    draw = np.random.default_rng(master_seed)
+    groups = [_single(draw, known), _null(draw), _pairs(draw, known), _strange(draw), _poor(draw, known)]
+    shares = (30, 15, 8, 6, 4)  # of 63 cases at the start of a study
+    ranked = [((k + 0.5) / share, g, k) for g, (rows, share) in enumerate(zip(groups, shares, strict=True)) for k in range(len(rows))]
+    ordered = [groups[g][k] for _, g, k in sorted(ranked)]
+    return [_named(number, case) for number, case in enumerate(ordered)]
+
+
+def _named(number: int, case: Case) -> Case:
+    setting = replace(case.setting, friction_form=FORMS[number % len(FORMS)])
+    return Case(f"case-{number:04d}", case.group, setting, case.removed, case.multiple, case.fit, case.holdout)
+
+
+def _seed(draw: np.random.Generator) -> int:
+    return int(draw.integers(1, 2**31))
+
+
+def _hidden(place: tuple[str, str], multiple: float, draw: np.random.Generator, known: dict[tuple[str, str], Size]) -> Hidden:
+    effect, where = place
+    if effect in UNSIZED:
+        return Hidden(effect, where, UNSIZED[effect])
+    if effect == "link_flexibility":
+        return Hidden(effect, where, STIFFEST_N_M2 / multiple)
+    size = known[place]
+    side = float(draw.choice([-1, 1])) if effect in TWO_SIDED else 1.0
+    return Hidden(effect, where, size.value(multiple, side))
+
+
+TWO_SIDED = ("asymmetric_friction", "gravity", "valve_null_bias", "valve_flow_asymmetry", "inertia_error", "payload_error", "sensor_offset")
+
+
+def _case(group: str, draw: np.random.Generator, hidden: Sequence[Hidden], multiple: float, chambers: bool, **changes: object) -> Case:
+    setting = Setting(_seed(draw), tuple(hidden), bool(changes.get("jitter", True)), SLIP, chambers)
+    removed = tuple((h.effect, h.where) for h in hidden if h.effect not in STRANGE)
+    fit, holdout = changes.get("fit", FIT), changes.get("holdout", HOLDOUT)
+    return Case("", group, setting, removed, multiple, fit, holdout)  # type: ignore[arg-type]
+
+
+def _single(draw: np.random.Generator, known: dict[tuple[str, str], Size]) -> list[Case]:
+    def rows() -> Iterator[Case]:
+        for repeat in range(SEEDS):
+            for chambers in (repeat % 2 == 1, repeat % 2 == 0):
+                for multiple in MULTIPLES:
+                    for k in draw.permutation(len(PLACES)):
+                        place = PLACES[k]
+                        yield _case("single", draw, [_hidden(place, multiple, draw, known)], multiple, chambers)
+
+    return list(rows())
+
+
+def _null(draw: np.random.Generator) -> list[Case]:
+    return [_case("null", draw, [], 0.0, k % 4 >= 2, jitter=k % 2 == 0) for k in range(NULLS)]
+
+
+def _pairs(draw: np.random.Generator, known: dict[tuple[str, str], Size]) -> list[Case]:
+    """Two effects of different places in the table, both at ten times the smallest visible size."""
+    found = []
+    while len(found) < PAIRS:
+        a, b = (PLACES[k] for k in draw.choice(len(PLACES), 2, replace=False))
+        if not {a[0], b[0]} & {"sensor_polarity", "link_flexibility"}:
+            hidden = [_hidden(place, 10.0, draw, known) for place in (a, b)]
+            found.append(_case("pair", draw, hidden, 10.0, len(found) % 2 == 1))
+    return found
+
+
+def _strange(draw: np.random.Generator) -> list[Case]:
+    found = []
+    for repeat in range(STRANGE_SEEDS):
+        for effect in STRANGE:
+            where = ("rotary", "prismatic")[repeat % 2]
+            found.append(_case("out_of_library", draw, [Hidden(effect, where, 1.0)], 0.0, repeat >= 2))
+    return found
+
+
+def _poor(draw: np.random.Generator, known: dict[tuple[str, str], Size]) -> list[Case]:
+    found = []
+    for _ in range(POOR_SEEDS):
+        for place, kind in POOR:
+            hidden = [_hidden(place, 10.0, draw, known)]
+            found.append(_case("look_alike", draw, hidden, 10.0, False, fit=(kind, 9.0), holdout=("multisine", 6.0)))
+    return found

@@ -1,0 +1,109 @@
+"""One case from sealed answer to findings: logs are made and forgotten, the finder gets files only. One task of an executor."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import gap
+import sim_backend
+from blind.baselines import baselines
+from blind.cases import RIG, Case
+from blind.shipped_maneuver import record_shipped
+from blind.truth.session import record
+from config.errors import LongreachError
+from config.load import load_rig
+from gap.find import find
+from gap.settings import Settings
+
+CHAMBER = "resolution: 0.7 psi, noise: 7.5 psi, bandwidth: 500 Hz, low: 0 psi, high: 3000 psi"
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What a worker gets: the case as text and the file for its result."""
+
+    case: str
+    result: str
+    threads: int = 1
+    commit: str = ""
+
+
+def finder_digest() -> str:
+    """First digits of a hash over the sources of the search and of its kernel: which version gave a result."""
+    folders = [Path(module.__file__).parent for module in (gap, sim_backend) if module.__file__]
+    sources = sorted(path for folder in folders for path in folder.rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:10]
+
+
+_DIGEST = finder_digest()  # of what this process has imported
+
+
+def run_case(work: Work) -> dict[str, Any]:
+    """Make the logs, search, ask the baselines; write the result file and return its content."""
+    case = Case.from_json(work.case)
+    with tempfile.TemporaryDirectory(prefix="blind-") as name:
+        folder = Path(name)
+        result = _searched(case, folder, Settings(workers=work.threads)) | {"commit": work.commit}
+    path = Path(work.result)
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    part.write_text(json.dumps(result, indent=1) + "\n")
+    os.replace(part, path)
+    return result
+
+
+def rig_text(case: Case) -> str:
+    """The rig file that the finder gets: without the hidden effects, with chamber pressures where they are logged."""
+    text = load_rig(RIG).text
+    for effect, where in case.removed:
+        text = re.sub(rf"^\s*- \{{effect: {effect}, where: {where},.*\n", "", text, count=1, flags=re.MULTILINE)
+    if case.setting.chambers:
+        names = [f"{joint}.pressure_{side}" for joint in ("rotary", "prismatic") for side in "ab"]
+        lines = "".join(f"    {name}: {{{CHAMBER}}}\n" for name in names)
+        text = text.replace("    tip.acceleration: {resolution", lines + "    tip.acceleration: {resolution", 1)
+    return text
+
+
+def _searched(case: Case, folder: Path, settings: Settings) -> dict[str, Any]:
+    rig = load_rig(RIG).rig
+    (folder / "rig.yaml").write_text(rig_text(case))
+    fit, holdout = folder / "fit.csv", folder / "holdout.csv"
+    for take, (path, (kinds, duration_s)) in enumerate(((fit, case.fit), (holdout, case.holdout))):
+        record(rig, case.setting, kinds, duration_s, take, path)
+    start = time.monotonic()
+    result = _found(folder / "rig.yaml", [fit], [holdout], folder / "out", settings)
+    result |= {"seconds": round(time.monotonic() - start, 1), "finder": _DIGEST, "date": f"{datetime.now(UTC):%Y-%m-%d %H:%M}"}
+    result["baselines"] = baselines(folder / "rig.yaml", fit, holdout, result)
+    result["resolved"] = _second_round(case, folder, result, settings)
+    return {"name": case.name} | result
+
+
+def _found(rig: Path, logs: list[Path], holdouts: list[Path], out: Path, settings: Settings) -> dict[str, Any]:
+    try:
+        content = find(rig, logs, holdouts, out, lambda line: None, settings).content
+    except LongreachError as refused:
+        return {"verdict": "refused", "why": str(refused), "findings": [], "gap": None}
+    kept = {key: content[key] for key in ("verdict", "why", "findings", "gap", "next_maneuver", "data")}
+    kept["where"] = content["where"][:2]
+    kept["alarms"] = [key for key, item in content["parameters"].items() if item["alarm"]]
+    return json.loads(json.dumps(kept, default=float))
+
+
+def _second_round(case: Case, folder: Path, result: dict[str, Any], settings: Settings) -> dict[str, Any] | None:
+    """For look-alikes with a proposed maneuver: run it twice on the hidden machine and search again with both runs added."""
+    proposal = result.get("next_maneuver")
+    if result["verdict"] != "ambiguous" or not proposal or not proposal.get("repeats"):
+        return None
+    more = [folder / "more_fit.csv", folder / "more_holdout.csv"]
+    for take, path in enumerate(more, 2):
+        record_shipped(load_rig(RIG).rig, replace(case.setting), proposal["name"], take, path)
+    again = _found(folder / "rig.yaml", [folder / "fit.csv", more[0]], [folder / "holdout.csv", more[1]], folder / "again", settings)
+    return {"maneuver": proposal["name"], **{key: again[key] for key in ("verdict", "why", "findings", "gap")}}
