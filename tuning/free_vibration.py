@@ -23,8 +23,10 @@ from tuning.tip_record import TipRecord
 from tuning.transfer import Floats
 
 PADDING = 8
+SMALLEST_MPS2 = 0.05  # amplitude of a usable hold: below, noise decides
 LOWEST_PERIODS = 1.5  # of the hold's length: slower lines are drift
-LAG_GUESS_PER_S = 0.1
+LARGEST_RING_DAMPING = 0.05  # of a usable hold: what dies out faster is too short, and small lags between the sensors count too much
+DECAY_GUESS_PER_S = 0.1
 LINK_MASS, LINK_INERTIA = 33.0 / 140.0, 11.0 / 40.0  # shares of the link's own mass in the static shape
 
 
@@ -45,8 +47,9 @@ class FreeVibration:
 
 
 def free_vibrations(record: TipRecord, link: LinkMode) -> list[FreeVibration]:
-    """Every hold of a run."""
-    return [free_vibration(record, move, rows, link) for move, rows in record.holds]
+    """Every hold of a run that rings on: large and long enough to be measured."""
+    holds = [free_vibration(record, move, rows, link) for move, rows in record.holds]
+    return [hold for hold in holds if hold.amplitude_mps2 > SMALLEST_MPS2 and abs(hold.ring_damping_ratio) < LARGEST_RING_DAMPING]
 
 
 def free_vibration(record: TipRecord, move: int, rows: slice, link: LinkMode) -> FreeVibration:
@@ -57,6 +60,7 @@ def free_vibration(record: TipRecord, move: int, rows: slice, link: LinkMode) ->
     decay, omega = _fit(t, acceleration, 2.0 * pi * _largest_line_Hz(acceleration, record.period_s))
     s = complex(-decay, omega)
     tip, noise = _phasor(t, acceleration, decay, omega)
+    tip *= 1.0 + s * record.tip_lag_s
     joint, joint_noise = _phasor(t, rotary, decay, omega)
     clamped_squared, drag = _link_alone(s, tip, joint, length, _arm(link, length))
     clamped = sqrt(clamped_squared) if clamped_squared > 0.0 else omega
@@ -101,7 +105,7 @@ def _fit(t: Floats, values: Floats, start: float) -> tuple[float, float]:
         rest = values - q @ (q.T @ values)
         return float(rest @ rest)
 
-    best = minimize(left, [start, LAG_GUESS_PER_S], method="Nelder-Mead", options={"xatol": 1e-6 * start, "fatol": 1e-12})
+    best = minimize(left, [start, DECAY_GUESS_PER_S], method="Nelder-Mead", options={"xatol": 1e-6 * start, "fatol": 1e-12})
     return float(best.x[1]), float(best.x[0])
 
 

@@ -23,12 +23,11 @@ from scipy.signal import butter, sosfiltfilt
 from config.errors import LogError
 from config.rig import LinkMode
 from control.link_mode import LinkFrequency
-from tuning.free_vibration import LINK_INERTIA, LINK_MASS, FreeVibration, free_vibrations
+from tuning.free_vibration import LINK_INERTIA, LINK_MASS, SMALLEST_MPS2, FreeVibration, free_vibrations
 from tuning.tip_record import TipRecord
 from tuning.transfer import Floats
 
 LARGEST_PAYLOAD_KG = 500.0
-SMALLEST_MPS2 = 0.05  # of vibration in a hold and of acceleration over a move: below, noise decides
 ONE_SHAPE_ERROR = 0.0147  # by which the static shape is stiff without payload; it fades with the payload's share of the mass
 BAND_HZ = (0.5, 10.0)  # of the balance: above the bias' drift, below the second mode and the accelerometer's lag
 SMOOTH_HZ = 30.0  # low-pass on the joints before they are differentiated
@@ -60,9 +59,10 @@ def identify_payload(records: Sequence[TipRecord], link: LinkMode) -> list[Paylo
 
 
 def disagreement(estimates: Sequence[PayloadEstimate]) -> str:
-    """A sentence when two estimates are farther apart than their uncertainties; empty otherwise."""
+    """A sentence when the best estimates of the two methods are farther apart than their uncertainties; empty otherwise."""
     best = estimates[0]
-    for other in estimates[1:]:
+    others = {each.method: each for each in reversed(estimates) if each.method != best.method}
+    for other in others.values():
         apart, allowed = abs(other.payload_kg - best.payload_kg), hypot(other.uncertainty_kg, best.uncertainty_kg)
         if apart > allowed:
             return (
@@ -92,7 +92,7 @@ def payload_of_hold(link: LinkMode, hold: FreeVibration) -> tuple[float, float]:
 
 def _vibration(record: TipRecord, link: LinkMode) -> PayloadEstimate | None:
     """Mean over the holds weighted by their certainty; its spread counts when it is larger than the noise explains."""
-    holds = [hold for hold in free_vibrations(record, link) if hold.amplitude_mps2 > SMALLEST_MPS2]
+    holds = free_vibrations(record, link)
     if not holds:
         return None
     found = np.array([payload_of_hold(link, hold) for hold in holds])

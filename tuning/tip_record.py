@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from math import pi
 
 import numpy as np
 
@@ -27,7 +28,8 @@ _NEEDED = ("prismatic.position", "rotary.position", TIP)
 @dataclass(frozen=True, slots=True)
 class TipRecord:
     """One run. Tip acceleration (m/s²), deflection (m; None: not measured), rotary position (rad), extension (m), one value a period;
-    `holds`: rows in which the references stand still, with the number of the move before."""
+    `holds`: rows in which the references stand still, with the number of the move before. `tip_lag_s`: time constant of the
+    accelerometer, if the rig file's plant section knows its bandwidth."""
 
     run: int
     period_s: float
@@ -36,6 +38,7 @@ class TipRecord:
     rotary: Floats
     extension: Floats
     holds: tuple[tuple[int, slice], ...]
+    tip_lag_s: float = 0.0
 
 
 def tip_records(log: Log, rig: Rig | None = None) -> list[TipRecord]:
@@ -74,9 +77,15 @@ def _record(log: Log, run: int, rows: Column, rig: Rig | None) -> TipRecord:
     )
     deflection = np.asarray(log.columns.get("tip.deflection_m", np.full(log.cycles, np.nan))[rows], dtype=np.float64)
     holds: tuple[tuple[int, slice], ...] = ()
+    rig = rig or open_rig(log)
     if f"run-{run}.json" in log.attachments:
-        plan = plan_run(rig or open_rig(log), RunRequest.from_json(log.attachments[f"run-{run}.json"]))
+        plan = plan_run(rig, RunRequest.from_json(log.attachments[f"run-{run}.json"]))
         holds = tuple((move, part) for move, part in move_holds(plan, period_s) if part.stop <= len(rows) + 1)
-    return TipRecord(
-        run, period_s, acceleration, without_gaps(deflection) if np.any(np.isfinite(deflection)) else None, rotary, extension, holds
-    )
+    measured = without_gaps(deflection) if np.any(np.isfinite(deflection)) else None
+    return TipRecord(run, period_s, acceleration, measured, rotary, extension, holds, _tip_lag_s(rig))
+
+
+def _tip_lag_s(rig: Rig) -> float:
+    sensor = rig.plant.sensors.get("tip.acceleration") if rig.plant is not None else None
+    bandwidth_Hz = getattr(sensor, "bandwidth_Hz", None)
+    return 1.0 / (2.0 * pi * bandwidth_Hz) if bandwidth_Hz else 0.0

@@ -18,6 +18,7 @@ from daemon.cli import (
     design_command,
     faults_command,
     gap_command,
+    identify_command,
     log_commands,
     motion_commands,
     paper_command,
@@ -50,6 +51,7 @@ def build_parser() -> argparse.ArgumentParser:
         design_command,
         paper_command,
         gap_command,
+        identify_command,
         twin_command,
         faults_command,
     ):

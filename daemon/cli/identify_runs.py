@@ -1,0 +1,51 @@
+"""Makes the runs of an identification: each on a fresh simulated rig in lockstep, or one after the other on the daemon's rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from config.errors import DaemonError, LongreachError
+from config.load import LoadedRig, apply_overrides, rig_from_text
+from daemon.cli.motion_commands import wait_for
+from daemon.lockstep import run_lockstep
+from daemon.protocol import Client
+from tuning.experiments import Experiment
+
+Tell = Callable[[str], None]
+
+
+def in_lockstep(loaded: LoadedRig, experiments: Sequence[Experiment], out: Path, seed: int, tell: Tell) -> list[Path]:
+    """One log an experiment. A run that was stopped by an interlock is told and left out; DaemonError when none is left."""
+    logs = []
+    for number, experiment in enumerate(experiments, 1):
+        tell(f"{number}/{len(experiments)} {experiment.name}")
+        text = apply_overrides(loaded.text, experiment.overrides)
+        request = {"maneuver": {"text": experiment.maneuver, "name": experiment.name}, "approach": True}
+        try:
+            logs += run_lockstep(LoadedRig(rig_from_text(text, loaded.path), text, loaded.path), [request], out, seed + number)
+        except LongreachError as error:
+            tell(f"  left out: {error}")
+    return _some(logs, len(experiments))
+
+
+def on_daemon(client: Client, experiments: Sequence[Experiment], tell: Tell) -> list[Path]:
+    """The runs of an armed rig; they share the recording of its arming. The operator arms, watches and can stop."""
+    logs: list[Path] = []
+    for number, experiment in enumerate(experiments, 1):
+        tell(f"{number}/{len(experiments)} {experiment.name}")
+        run = client.call("start", maneuver={"text": experiment.maneuver, "name": experiment.name}, approach=True)
+        result = wait_for(client, run["run"])
+        if result["validity"] != "valid":
+            tell(f"  left out: {result.get('reason', '')}")
+            if client.call("status")["mode"] != "holding":
+                raise DaemonError("the rig does not hold any more", value=result.get("reason", ""), next_step="See `longreach why`.")
+        elif Path(result["log"]) not in logs:
+            logs.append(Path(result["log"]))
+    return _some(logs, len(experiments))
+
+
+def _some(logs: list[Path], asked: int) -> list[Path]:
+    if not logs:
+        raise DaemonError("no run was valid", value=f"0 of {asked}", next_step="Choose smaller amplitudes or a narrower band.")
+    return logs

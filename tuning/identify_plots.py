@@ -1,0 +1,156 @@
+"""Pictures of an identification, and the page that shows them with the numbers."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from html import escape
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from tuning.identification import Identification, Response
+from tuning.link_map import LinkMap
+from tuning.record_file import write_whole
+
+_STYLE = {"font.size": 13, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.5, "legend.fontsize": 9}
+_SIZE_IN, _DOTS_PER_INCH = (15.0, 8.5), 100
+_CSS = "body{font:16px/1.5 sans-serif;max-width:70em;margin:2em auto;padding:0 1em}img{max-width:100%}"
+
+
+def write_pictures(found: Identification, out: Path) -> list[Path]:
+    """PNG files and index.html in the directory `out`; which of them there are depends on what was identified."""
+    drawn: dict[str, bytes] = {}
+    if found.responses:
+        drawn["responses.png"] = _picture(lambda figure: _responses(figure, found.responses))
+    if found.bounds:
+        drawn["bounds.png"] = _picture(lambda figure: _bounds(figure, found))
+    if any(link.map is not None for link in found.links):
+        drawn["link.png"] = _picture(lambda figure: _link(figure, found))
+    out.mkdir(parents=True, exist_ok=True)
+    for name, content in drawn.items():
+        (out / name).write_bytes(content)
+    page = out / "index.html"
+    write_whole(page, _page(found, drawn))
+    return [page, *(out / name for name in drawn)]
+
+
+def _picture(draw: Callable[[Figure], None]) -> bytes:
+    with rc_context(_STYLE):
+        figure = Figure(figsize=_SIZE_IN, layout="constrained")
+        draw(figure)
+        FigureCanvasAgg(figure)
+        buffer = BytesIO()
+        figure.savefig(buffer, dpi=_DOTS_PER_INCH, format="png")
+        return buffer.getvalue()
+
+
+def label(response: Response) -> str:
+    """Conditions of a response in few words."""
+    at = response.measured.conditions
+    return f"{response.measured.source} {at.joint}: {at.amplitude:.2g}, {at.extension_m:.2f} m, {at.oil_C:.0f} °C, {at.payload_kg:.1f} kg"
+
+
+def _responses(figure: Figure, responses: list[Response]) -> None:
+    axes = figure.subplots(2, 2, sharex=True)
+    for response in responses:
+        measured = response.measured
+        f = measured.frequencies_Hz
+        (line,) = axes[0, 0].semilogx(f, 20.0 * np.log10(np.abs(measured.response)), ".-", label=label(response))
+        axes[1, 0].semilogx(f, np.degrees(np.unwrap(np.angle(measured.response))), ".-", color=line.get_color())
+        axes[1, 1].semilogx(f, measured.coherence, color=line.get_color())
+        if response.fit is not None:
+            axes[0, 0].semilogx(f, 20.0 * np.log10(np.abs(response.fit(f))), "--", color=line.get_color(), alpha=0.6)
+        for part, mark in ((measured.odd, "o"), (measured.even, "x")):
+            if part is not None and len(part.frequencies_Hz):
+                axes[0, 1].semilogx(part.frequencies_Hz, part.level_dB, mark, color=line.get_color(), markersize=3)
+                axes[0, 1].semilogx(part.frequencies_Hz, part.noise_dB, ":", color=line.get_color(), alpha=0.4)
+    axes[0, 0].set(title="position over command (dashed: fit)", ylabel="dB re 1 rad/V or 1 m/V")
+    axes[1, 0].set(ylabel="degrees", xlabel="frequency / Hz")
+    axes[0, 1].set(title="distortion re excited lines: odd (o), even (x), noise (dotted)", ylabel="dB")
+    axes[1, 1].set(title="coherence", ylim=(0.0, 1.05), xlabel="frequency / Hz")
+    axes[0, 0].legend()
+
+
+def _bounds(figure: Figure, found: Identification) -> None:
+    axes = figure.subplots(2, len(found.bounds), sharex=True, squeeze=False)
+    for column, each in enumerate(found.bounds):
+        spread_dB, spread_deg = each.spread
+        _band(axes[0, column], each.frequencies_Hz, each.magnitude_dB, f"{each.varied}: {each.count} responses, {spread_dB:.1f} dB")
+        _band(axes[1, column], each.frequencies_Hz, each.phase_deg, f"{spread_deg:.0f} degrees")
+        axes[1, column].set_xlabel("frequency / Hz")
+
+
+def _band(axis: Axes, f: np.ndarray, limits: tuple[np.ndarray, np.ndarray], title: str) -> None:
+    axis.set_xscale("log")
+    axis.fill_between(f, *limits, alpha=0.4)
+    axis.set_title(title)
+
+
+def _link(figure: Figure, found: Identification) -> None:
+    frequency, damping = figure.subplots(1, 2)
+    for link in found.links:
+        if link.map is None:
+            continue
+        extension = [point.extension_m for point in link.map.points]
+        (line,) = frequency.semilogy(
+            extension, [point.ring_Hz for point in link.map.points], "o", label=f"{link.believed_kg:.2f} kg, as it rings"
+        )
+        frequency.semilogy(extension, [point.clamped_Hz for point in link.map.points], "x", color=line.get_color(), label="the link alone")
+        frequency.semilogy(extension, [point.believed_Hz for point in link.map.points], "-", color=line.get_color(), label="rig file")
+        damping.plot(extension, [100.0 * point.damping_ratio for point in link.map.points], "o", color=line.get_color())
+    frequency.set(title="link frequency", xlabel="extension / m", ylabel="Hz")
+    damping.set(title="damping ratio of the link alone", xlabel="extension / m", ylabel="%")
+    frequency.legend()
+
+
+def _page(found: Identification, drawn: dict[str, bytes]) -> str:
+    pictures = "".join(f'<img alt="{name}" src="data:image/png;base64,{base64.b64encode(png).decode()}">' for name, png in drawn.items())
+    lines = "".join(f"<p>{escape(line)}</p>" for line in summary(found))
+    head = f"<!doctype html><meta charset=utf-8><title>{escape(found.rig.name)} identified</title><style>{_CSS}</style>"
+    return f"{head}<h1>{escape(found.rig.name)}</h1>{lines}{pictures}"
+
+
+def summary(found: Identification) -> list[str]:
+    """What a reader at the terminal needs."""
+    lines = [_response_line(response) for response in found.responses]
+    lines += [f"bounds over {b.varied} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees" for b in found.bounds]
+    for link in found.links:
+        best = {each.method: each for each in reversed(link.payload)}
+        lines += [
+            f"payload {e.payload_kg:.3f} ± {e.uncertainty_kg:.3f} kg by {m} (rig file {link.believed_kg:.3f} kg)" for m, e in best.items()
+        ]
+        lines += _map_lines(link.map) if link.map is not None else []
+        lines += [f"  note: {link.note}"] if link.note else []
+    return [*lines, *(f"not used: {refused}" for refused in found.refused)]
+
+
+def _map_lines(mapped: LinkMap) -> list[str]:
+    lines = [
+        f"  {p.extension_m:.3f} m: rings at {p.ring_Hz:.3f} Hz, link alone {p.clamped_Hz:.3f} Hz (rig file {p.believed_Hz:.3f}),"
+        f" damping {100 * p.damping_ratio:.2f} %, {p.holds} holds"
+        for p in mapped.points
+    ]
+    ratio = 100.0 * (mapped.stiffness_ratio - 1.0)
+    return [
+        *lines,
+        f"  damping ratio {mapped.damping_ratio:.4f} ± {mapped.damping_uncertainty:.4f}",
+        f"  with exactly the rig file's payload the link would be {abs(ratio):.1f} % {'stiffer' if ratio > 0 else 'softer'} than written",
+    ]
+
+
+def _response_line(response: Response) -> str:
+    head = f"{label(response)}: coherence {float(np.min(response.measured.coherence)):.3f} at least"
+    for name, part in (("odd", response.measured.odd), ("even", response.measured.even)):
+        if part is not None and len(part.level_dB):
+            head += f", {name} distortion {np.median(part.level_dB):.0f} dB (noise {np.median(part.noise_dB):.0f})"
+    if response.fit is None:
+        return f"{head}; too few lines for a fit"
+    values, sure = response.fit.values, response.fit.uncertainty
+    numbers = ", ".join(f"{name} {values[name]:.4g} ± {100 * sure[name]:.0f} %" for name in ("gain", "damping", "stiffness"))
+    return f"{head}; {numbers}; fit within {response.fit.worst_dB:.1f} dB, {response.fit.worst_deg:.0f} degrees"

@@ -1,0 +1,58 @@
+"""How far responses at different conditions lie apart (Figures 3 to 5 of the paper): the plant's bounds for a design."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tuning.frequency_response import FrequencyResponse
+from tuning.transfer import Floats
+
+POINTS = 40
+VARIED = ("amplitude", "extension_m", "oil_C", "payload_kg")
+SAME = {"amplitude": 1e-3, "extension_m": 0.02, "oil_C": 2.0, "payload_kg": 0.05}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """Lowest and highest magnitude (dB of rad or m per V) and phase (degrees) of the responses among which only `varied` differs."""
+
+    varied: str
+    count: int
+    frequencies_Hz: Floats
+    magnitude_dB: tuple[Floats, Floats]
+    phase_deg: tuple[Floats, Floats]
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Largest distance over the band, dB and degrees."""
+        low, high = self.magnitude_dB
+        lag, lead = self.phase_deg
+        return float(np.max(high - low)), float(np.max(lead - lag))
+
+
+def bounds(responses: Sequence[FrequencyResponse]) -> list[Bounds]:
+    """One entry for every condition that was varied alone about the first response's conditions, and one over all (`all`)."""
+    by_source = [response for response in responses if response.source == responses[0].source] if responses else []
+    found = [_bounds(name, [each for each in by_source if _alone(each, by_source[0], name)]) for name in VARIED]
+    return [each for each in (*found, _bounds("all", by_source)) if each is not None and each.count > 1]
+
+
+def _alone(response: FrequencyResponse, base: FrequencyResponse, varied: str) -> bool:
+    """Whether nothing but `varied` differs."""
+    return all(abs(getattr(response.conditions, name) - getattr(base.conditions, name)) <= SAME[name] for name in VARIED if name != varied)
+
+
+def _bounds(varied: str, responses: Sequence[FrequencyResponse]) -> Bounds | None:
+    if not responses:
+        return None
+    low, high = max(each.frequencies_Hz[0] for each in responses), min(each.frequencies_Hz[-1] for each in responses)
+    if low >= high:
+        return None
+    grid = np.geomspace(low, high, POINTS)
+    magnitude = np.array([np.interp(grid, each.frequencies_Hz, 20.0 * np.log10(np.abs(each.response))) for each in responses])
+    phase = np.array([np.interp(grid, each.frequencies_Hz, np.degrees(np.unwrap(np.angle(each.response)))) for each in responses])
+    phase -= 360.0 * np.round((phase[:, :1] - phase[0, 0]) / 360.0)
+    return Bounds(varied, len(responses), grid, (magnitude.min(axis=0), magnitude.max(axis=0)), (phase.min(axis=0), phase.max(axis=0)))

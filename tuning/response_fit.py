@@ -1,0 +1,86 @@
+"""Eq 4's form fitted to a measured response: θ/u = K / (s (s² + a s + b)), with the flexible link where it shows.
+
+link: (s² + 2ζ_z ω_z s + ω_z²)/(s² + 2ζ_p ω_p s + ω_p²) · ω_p²/ω_z²       clamped antiresonance, free resonance
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import degrees, log, pi
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from config.errors import LogError
+from tuning.frequency_response import FrequencyResponse
+from tuning.transfer import EQ4, Complexes, Floats, TransferFunction
+
+LEAST_SIGMA = 0.005  # no response is believed better than this
+START = (log(EQ4.numerator[0] * pi / 180.0), log(140.0), log(6150.0))  # Eq 4 in radians per volt
+LINK_START = (1.5, 0.05, 0.05)  # ω_p/ω_z and the two damping ratios
+NAMES, LINK_NAMES = ("gain", "damping", "stiffness"), ("antiresonance_Hz", "resonance_ratio", "antiresonance_damping", "resonance_damping")
+
+
+@dataclass(frozen=True, slots=True)
+class JointFit:
+    """K in rad (or m) per V·s³, a in 1/s, b in 1/s², by name in `values`, with two standard deviations in `uncertainty` (relative);
+    with the link also its four numbers. Errors left: largest over the band, in dB and degrees; `velocity_gain` = K/b per V·s."""
+
+    values: dict[str, float]
+    uncertainty: dict[str, float]
+    worst_dB: float
+    worst_deg: float
+    with_link: bool
+
+    @property
+    def velocity_gain(self) -> float:
+        return self.values["gain"] / self.values["stiffness"]
+
+    def __call__(self, frequencies_Hz: Floats) -> Complexes:
+        return _model(np.log([self.values[name] for name in (*NAMES, *(LINK_NAMES if self.with_link else ()))]), 2.0 * pi * frequencies_Hz)
+
+
+def fit_joint(response: FrequencyResponse, clamped_Hz: float | None = None, band_Hz: Sequence[float] = (0.0, 1e9)) -> JointFit:
+    """Least squares on the logarithm (dB and phase alike), weighted by the response's certainty.
+
+    `clamped_Hz`: where the link's antiresonance is expected; None: Eq 4 alone. LogError for fewer lines than parameters.
+    """
+    used = (response.frequencies_Hz >= band_Hz[0]) & (response.frequencies_Hz <= band_Hz[1]) & np.isfinite(np.abs(response.response))
+    omega, measured = 2.0 * pi * response.frequencies_Hz[used], response.response[used]
+    start = [*START, *([log(clamped_Hz), *np.log(LINK_START)] if clamped_Hz is not None else [])]
+    if 2 * len(omega) < len(start) + 2:
+        raise LogError("too few lines for the fit", value=len(omega), limit=len(start) // 2 + 2, where=f"response of {response.source}")
+    weight = 1.0 / np.maximum(response.sigma[used], LEAST_SIGMA)
+    guess = np.array(start)
+    guess[0] += float(np.mean(np.log(np.abs(measured) / np.abs(_model(guess, omega)))))
+
+    def misfit(parameters: Floats) -> Floats:
+        error = np.log(measured / _model(parameters, omega))
+        return np.concatenate([weight * error.real, weight * error.imag])
+
+    best = least_squares(misfit, guess, loss="soft_l1", f_scale=3.0)
+    left = np.log(measured / _model(best.x, omega))
+    scatter = float(np.sum(misfit(best.x) ** 2)) / max(1, 2 * len(omega) - len(guess))
+    deviation = 2.0 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(best.jac.T @ best.jac)), 0.0) * max(1.0, scatter))
+    names = (*NAMES, *(LINK_NAMES if clamped_Hz is not None else ()))
+    return JointFit(
+        dict(zip(names, np.exp(best.x).tolist(), strict=True)),
+        dict(zip(names, deviation.tolist(), strict=True)),
+        float(np.max(np.abs(left.real))) * 20.0 / log(10.0),
+        degrees(float(np.max(np.abs(left.imag)))),
+        clamped_Hz is not None,
+    )
+
+
+def _model(parameters: Floats, omega: Floats) -> Complexes:
+    """Value at frequencies in rad/s; parameters are logarithms."""
+    gain, damping, stiffness, *link = np.exp(parameters)
+    s = 1j * omega
+    value = TransferFunction((gain,), (1.0, damping, stiffness, 0.0))(s)
+    if not link:
+        return value
+    zero, ratio, zero_damping, pole_damping = 2.0 * pi * link[0], link[1], link[2], link[3]
+    pole = ratio * zero
+    top = (s**2 + 2.0 * zero_damping * zero * s + zero**2) / zero**2
+    return np.asarray(value * top / (s**2 + 2.0 * pole_damping * pole * s + pole**2) * pole**2, dtype=np.complex128)
