@@ -7,8 +7,9 @@ from typing import Any
 
 from config.load import LoadedRig
 from gap.next_maneuver import NONE, next_maneuver
-from gap.select import Search, Step, Trial
+from gap.select import Search, Step
 from gap.separation import Rival
+from gap.trial import Trial
 from gap.verdict import Verdict
 
 Tell = Callable[[str], None]

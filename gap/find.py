@@ -24,8 +24,9 @@ from config.load import LoadedRig, load_rig, rig_from_text
 from gap.candidates import candidates
 from gap.data_check import DataProblem, censored, check, refuse_pairing, same_maneuver
 from gap.doubt import next_of
+from gap.evaluation import Evaluation, costing, evaluate, judged, mean_cost
 from gap.findings import as_text, constants, document, finding, not_seen
-from gap.fit import Evaluation, Fit, costing, evaluate, fit, mean_cost, unfitted
+from gap.fit import Fit, fit, unfitted
 from gap.found import Found
 from gap.localise import localise
 from gap.measured import Array, Measured, compared, load
@@ -35,10 +36,12 @@ from gap.noise import noise_floors
 from gap.nuisance import nuisances
 from gap.report import write_report
 from gap.screen import screen
-from gap.select import FLOOR, Search, search
+from gap.select import Search, search
 from gap.settings import Settings
+from gap.strata import chosen
+from gap.trial import FLOOR
 from gap.verdict import Verdict, channel_rms, confidence, verdict
-from gap.windows import Experiment, default_window_s, prepare
+from gap.windows import Experiment, default_window_s, prepare, remembering, some, velocities
 
 DEFAULTS = Settings()
 ALIKE = 1.03  # ratio of hold-out costs up to which the model with fewer changes is preferred
@@ -115,15 +118,22 @@ def _started(
 ) -> tuple[Search, tuple[Evaluation, ...], tuple[Evaluation, ...]]:
     """The rig file as it is, then with its constants refitted."""
     tell("comparing the rig file with the logs")
-    every = [*experiments, *held]
-    costs = costing(every, [evaluate(e, model, None).left for e in every])
-    nominal = tuple(evaluate(e, model, costs) for e in held)
+    whole = [*experiments, *held]
+    free = [evaluate(e, model, None) for e in whole]
+    costs = costing(whole, [e.left for e in free])
+    counted = [judged(e.experiment, e.readings, e.projection, costs) for e in free]
+    nominal, fitted = tuple(counted[len(experiments) :]), counted[: len(experiments)]
     tell(f"hold-out: {mean_cost(nominal):.4g} noise floors; sensitivities of {len(model.free)} constants")
-    start = unfitted(model, experiments, costs)
-    done: Fit = fit(model, experiments, costs, range(len(model.free)), start.jacobian, steps=5)
+    numbers = chosen([velocities(e) for e in experiments])
+    vector = model.vector()
+    few = [remembering(some(e, n), vector) for e, n in zip(experiments, numbers, strict=True)]
+    now = [old if e is old.experiment else evaluate(e, model, costs) for e, old in zip(few, fitted, strict=True)]
+    start = unfitted(model, now, costs)
+    known = [e.projection for e in now]
+    done: Fit = fit(model, few, costs, range(len(model.free)), start.jacobian, 5, known)
     refitted = tuple(evaluate(e, done.model, costs) for e in held)
     tell(f"hold-out with refitted constants: {mean_cost(refitted):.4g} noise floors")
-    return Search(experiments, held, costs, channels, start, done, refitted), nominal, refitted
+    return Search(few, held, costs, channels, start, done, refitted, experiments[0].workers), nominal, refitted
 
 
 def _concluded(
@@ -185,7 +195,8 @@ def _leanest(state: Search, half_width: Array, tell: Tell) -> Model:
     for numbers in [effects, some] if effects else [some]:
         smaller = model.restricted(numbers)
         jacobian = [columns[numbers] for columns in state.current.jacobian]
-        done = fit(smaller, state.experiments, state.costs, range(len(numbers)), jacobian, steps=4) if numbers else None
+        known = [e.projection for e in state.current.evaluations]
+        done = fit(smaller, state.experiments, state.costs, range(len(numbers)), jacobian, 4, known) if numbers else None
         reached = mean_cost([evaluate(e, done.model, state.costs) for e in state.holdouts]) if done else np.inf
         if done and reached <= max(ALIKE * state.cost, FLOOR):
             tell(f"{len(numbers) - len(effects)} changed constants suffice: hold-out {reached:.4g} noise floors")

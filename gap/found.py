@@ -7,7 +7,7 @@ from typing import Any
 
 from config.load import LoadedRig
 from gap.data_check import DataProblem
-from gap.fit import Evaluation
+from gap.evaluation import Evaluation
 from gap.localise import Place
 from gap.measured import Array
 from gap.select import Search

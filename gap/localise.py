@@ -16,7 +16,7 @@ import numpy as np
 from config.rig import Rig
 from gap.balances import Balance, balances
 from gap.dependence import dependences
-from gap.fit import Evaluation
+from gap.evaluation import Evaluation
 from gap.measured import Array, Measured
 from gap.noise import noise_floors
 from gap.screen import Screening

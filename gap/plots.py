@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from config.rig import Rig
-from gap.fit import Evaluation
+from gap.evaluation import Evaluation
 from gap.localise import operating_values, spectrum
 
 BEFORE, AFTER, FLOOR_COLOUR = "#c0392b", "#1f7a4d", "#888888"

@@ -12,16 +12,36 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.candidates import Candidate
-from gap.fit import Costing, Evaluation, Fit, projected
+from gap.evaluation import Costing, Evaluation, limits
+from gap.fit import Fit
 from gap.measured import Array
 from gap.model import Model
+from gap.sensitivity import projected
 from gap.windows import simulate
+from sim_backend.effects.registry import REGISTRY
 
 SAME_DIRECTION = 0.95
 PARTNER = 0.9
 VISIBLE = 4.5  # standard deviations at which an effect counts as seen
 KEPT = 8
 MOST_KEPT = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One size of a candidate, simulated: its model and its signature, flat, nuisances taken out."""
+
+    model: Model
+    row: Array
+
+    def explained(self, residual: Array) -> float:
+        """Energy that the best multiple of this signature takes away."""
+        length = float(self.row @ self.row)
+        return float(self.row @ residual) ** 2 / length if length > 0 else 0.0
+
+    def left(self, residual: Array) -> float:
+        """Energy that is left with the candidate at exactly this size."""
+        return float(np.sum((residual - self.row) ** 2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +53,7 @@ class Signature:
     smallest_visible: float  # of its first parameter
     unit: str
     leading: Array  # the direction in which it explains the residual best; unit length
+    starts: tuple[Model, ...]  # from which to fit it, the most promising first
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,14 +63,14 @@ class Screening:
     signatures: tuple[Signature, ...]
     cosines: Array
 
-    def kept(self) -> list[Candidate]:
+    def kept(self) -> list[Signature]:
         """The candidates worth a fit: the best few and whatever points the same way as one of them."""
         count = min(KEPT, len(self.signatures))
         chosen = list(range(count))
         for k in range(count, len(self.signatures)):
             if len(chosen) < MOST_KEPT and np.any(np.abs(self.cosines[k, :count]) > PARTNER):
                 chosen.append(k)
-        return [self.signatures[k].candidate for k in chosen]
+        return [self.signatures[k] for k in chosen]
 
     def same_direction(self, effect: str, where: str) -> list[Candidate]:
         """Candidates indistinguishable from this one on these logs."""
@@ -77,11 +98,13 @@ def screen(current: Fit, costs: Costing, found: Sequence[Candidate], tell: Calla
     tell(f"screening {len(found)} candidate effects")
     remover = _Remover(current, costs)
     residual = remover.remove(remover.flat([e.left for e in current.evaluations])[None, :])[0]
-    signatures = _signatures(current, found)
-    scored = []
-    for candidate, columns in zip(found, signatures, strict=True):
-        rows = remover.remove(np.stack([remover.flat([p[k] for p in columns]) for k in range(columns[0].shape[0])]))
-        scored.append(_scored(candidate, rows, residual, costs))
+    groups = [points(candidate, current.model) for candidate in found]
+    rows = remover.remove(_rows(current, remover, [model for group in groups for model in group]))
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    scored = [
+        _scored(candidate, [Point(model, row) for model, row in zip(group, part, strict=True)], residual, costs)
+        for candidate, group, part in zip(found, groups, np.split(rows, ends), strict=True)
+    ]
     scored.sort(key=lambda s: -s.share)
     directions = np.stack([s.leading for s in scored]) if scored else np.empty((0, residual.size))
     return Screening(tuple(scored), directions @ directions.T)
@@ -90,18 +113,20 @@ def screen(current: Fit, costs: Costing, found: Sequence[Candidate], tell: Calla
 def points(candidate: Candidate, model: Model) -> list[Model]:
     """Models with the candidate in it: every starting point, and every parameter that has a neutral value alone at its typical size."""
     grown = model.with_effect(candidate.entry, candidate.free)
+    return [placed(grown, values) for values in [*candidate.starts, *_alone(candidate)]]
+
+
+def placed(grown: Model, values: Sequence[float]) -> Model:
+    """The model with these values of its last effect's parameters, within their ranges."""
     numbers = grown.of_effect(grown.added[-1])
-    found = []
-    for values in [*candidate.starts, *_alone(candidate)]:
-        theta = grown.theta.copy()
-        theta[numbers] = np.clip(values, [grown.free[k].low for k in numbers], [grown.free[k].high for k in numbers])
-        found.append(grown.with_theta(theta))
-    return found
+    theta = grown.theta.copy()
+    theta[numbers] = np.clip(values, [grown.free[k].low for k in numbers], [grown.free[k].high for k in numbers])
+    return grown.with_theta(theta)
 
 
 def _alone(candidate: Candidate) -> list[tuple[float, ...]]:
     """One parameter at its typical size, the others at rest; only where there are several to tell apart."""
-    if len(candidate.free) < 2 or candidate.effect in ("stiction", "valve_lag", "link_flexibility"):
+    if sum(free.key in REGISTRY[candidate.effect].neutral for free in candidate.free) < 2:
         return []
     rest = [free.start for free in candidate.free]
     return [
@@ -110,58 +135,73 @@ def _alone(candidate: Candidate) -> list[tuple[float, ...]]:
     ]
 
 
-def _signatures(current: Fit, found: Sequence[Candidate]) -> list[list[Array]]:
-    """For every candidate: per experiment its signatures (points × windows × values+states)."""
-    models = [points(candidate, current.model) for candidate in found]
-    vectors = [model.vector() for group in models for model in group]
-    ends = np.cumsum([len(group) for group in models])[:-1]
-    result: list[list[Array]] = [[] for _ in found]
+def _rows(current: Fit, remover: _Remover, models: Sequence[Model]) -> Array:
+    """Signature of every model against the current one: models × values."""
+    vectors = [model.vector() for model in models]
+    parts = []
     for evaluation in current.evaluations:
         readings = simulate(evaluation.experiment, vectors)
         changes = np.stack([np.nan_to_num(r - evaluation.readings, posinf=0.0, neginf=0.0) for r in readings])
-        for k, part in enumerate(np.split(projected(evaluation, changes), ends)):
-            result[k].append(part)
-    return result
+        parts.append(projected(evaluation, changes))
+    return np.stack([remover.flat([part[k] for part in parts]) for k in range(len(models))])
 
 
-def _scored(candidate: Candidate, rows: Array, residual: Array, costs: Costing) -> Signature:
+def _scored(candidate: Candidate, tried: Sequence[Point], residual: Array, costs: Costing) -> Signature:
     energy = float(residual @ residual) or 1.0
-    lengths = np.linalg.norm(rows, axis=1)
-    good = rows[lengths > 1e-9]
-    first = float(lengths.max(initial=0.0))
-    free = candidate.free[0] if candidate.free else None
-    size = abs(candidate.starts[0][0] - free.start) if free else 1.0
-    visible = VISIBLE * np.sqrt(costs.tau) * (size or (free.scale if free else 1.0)) / first if first > 0 else np.inf
+    unit = candidate.free[0].unit if candidate.free else ""
+    good = np.array([point.row for point in tried if np.linalg.norm(point.row) > 1e-9])
+    starts = _starts(candidate, tried, residual)
     if not len(good):
-        return Signature(candidate, 0.0, np.inf, free.unit if free else "", np.zeros_like(residual))
+        return Signature(candidate, 0.0, np.inf, unit, np.zeros_like(residual), starts)
     basis, _ = np.linalg.qr(good.T)
     along = basis @ (basis.T @ residual)
     length = float(np.linalg.norm(along))
     leading = along / length if length > 0 else good[0] / np.linalg.norm(good[0])
-    return Signature(candidate, length**2 / energy, float(visible), free.unit if free else "", leading)
+    return Signature(candidate, length**2 / energy, _visible(candidate, tried, costs), unit, leading, starts)
+
+
+def _starts(candidate: Candidate, tried: Sequence[Point], residual: Array) -> tuple[Model, ...]:
+    """The sizes tried and the one at which the best signature, as a straight line, would explain most; by what they leave."""
+    ranked = sorted(tried, key=lambda point: point.left(residual))
+    models = [point.model for point in ranked]
+    best = max(tried, key=lambda point: point.explained(residual))
+    length = float(best.row @ best.row)
+    neutral = [free.key in REGISTRY[candidate.effect].neutral for free in candidate.free]
+    if length == 0.0 or not any(neutral) or candidate.effect == "link_flexibility":  # whose neutral value is the stiffest link
+        return tuple(models)
+    share = float(best.row @ residual) / length
+    there = best.model.theta[best.model.of_effect(best.model.added[-1])]
+    values = [f.start + share * (v - f.start) if n else v for f, v, n in zip(candidate.free, there, neutral, strict=True)]
+    line = placed(best.model, values)
+    promised = float(residual @ residual) - best.explained(residual)
+    return (line, *models) if promised < ranked[0].left(residual) else (models[0], line, *models[1:])
+
+
+def _visible(candidate: Candidate, tried: Sequence[Point], costs: Costing) -> float:
+    """The smallest size of the first parameter that would show; of several sizes tried, by the one closest to the answer."""
+    if not candidate.free:
+        return np.inf
+    estimates = []
+    for point in tried:
+        values = point.model.theta[point.model.of_effect(point.model.added[-1])]
+        moved = [float(value - free.start) for value, free in zip(values, candidate.free, strict=True)]
+        alone = not any(m for m, free in zip(moved[1:], candidate.free[1:], strict=True) if free.key in REGISTRY[candidate.effect].neutral)
+        length = float(np.linalg.norm(point.row))
+        if length > 1e-9 and alone:
+            factor = VISIBLE * float(np.sqrt(costs.tau)) / length
+            estimates.append((abs(np.log(factor)), factor * (abs(moved[0]) or candidate.free[0].scale)))
+    return min(estimates)[1] if estimates else np.inf
 
 
 class _Remover:
     """Takes out of a vector what the free constants can do within their priors."""
 
     def __init__(self, current: Fit, costs: Costing) -> None:
-        self._evaluations: tuple[Evaluation, ...] = current.evaluations
-        self._caps = [np.full(e.left.shape[1], np.inf) for e in current.evaluations]
-        for cap, evaluation in zip(self._caps, current.evaluations, strict=True):
-            values = evaluation.experiment.measured[0].size
-            cap[:values] = np.tile(costs.threshold, values // costs.threshold.size)
-        self._roots = [
-            np.sqrt(np.minimum(1.0, cap / np.maximum(np.abs(e.left), 1e-12))) for e, cap in zip(self._evaluations, self._caps, strict=True)
-        ]
+        self._roots = [np.sqrt(weights(e, costs)) for e in current.evaluations]
         temper = max(1.0, current.cost) * costs.tau
-        self._columns = np.stack(
-            [self.flat([p[k] for p in parts]) for parts in [self._parts(current)] for k in range(len(current.model.free))]
-        )
+        self._columns = np.stack([self.flat([part[k] for part in current.columns]) for k in range(len(current.model.free))])
         prior = np.diag([1.0 if free.prior else 1e-9 for free in current.model.free]) * temper
         self._inverse = np.linalg.pinv(self._columns @ self._columns.T + prior)
-
-    def _parts(self, current: Fit) -> list[Array]:
-        return [projected(e, columns) for e, columns in zip(current.evaluations, current.jacobian, strict=True)]
 
     def flat(self, parts: Sequence[Array]) -> Array:
         """One vector of the experiments' residuals, single bad samples weighted down."""
@@ -169,3 +209,9 @@ class _Remover:
 
     def remove(self, rows: Array) -> Array:
         return np.asarray(rows - (rows @ self._columns.T) @ self._inverse @ self._columns)
+
+
+def weights(evaluation: Evaluation, costs: Costing) -> Array:
+    """Weight of every value in a least-squares step: 1, less beyond the limit of its channel."""
+    limit = limits(evaluation.experiment, evaluation.left, costs)
+    return np.asarray(np.minimum(1.0, limit / np.maximum(np.abs(evaluation.left), 1e-12)))

@@ -3,59 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.stats import norm
 
 from config.effect_entry import EffectEntry
-from gap.candidates import Candidate, candidates
-from gap.fit import Costing, Evaluation, Fit, evaluate, fit, mean_cost
-from gap.measured import Array
-from gap.model import Model
-from gap.screen import Screening, points, screen
-from gap.windows import Experiment, Projection, marginalised
-from sim_backend.effects.registry import REGISTRY
-from sim_backend.layout import C
+from gap.candidates import candidates
+from gap.compare import paired_t
+from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
+from gap.fit import Fit, fit
+from gap.screen import Screening, Signature, points, screen
+from gap.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, STEPS, Base, Trial, effects, first_trial, own_trial
+from gap.turned import turned_trials
+from gap.windows import Experiment, remembering
 
 LEAST_T = 3.5
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
-LEAST_GAIN = 0.10  # of the remaining excess over the floor
 LEAST_DROP = 0.02  # noise floors
 KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
 RIVAL_T = 3.0
 RIVAL_GAIN = 0.8
+CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
 MOST_EFFECTS = 4
-STARTS = 2
 REFIT_STEPS = 8
 CONVERGED = 1e-3  # a base that has not converged would sell its rest to the next candidate
-NOTHING = 0.01  # typical sizes: an effect this close to its neutral value is none
-TRIAL_STEPS = 5
-LEAST_CHANGE = 0.02  # relative change of a window's cost that counts as a change
-LARGEST_CHANGE = 0.2  # beyond it a window only says "much better": no single window decides
-LEAST_SPREAD = 0.05  # of a window's gain; more windows than that agree in no real log
-LEAST_TELLING = 6  # windows that must change, for the others to be left out
-NEARLY_ALL = 0.9  # gain after which candidates with hardly any signature of the gap need no fit
 HARDLY = 0.15  # of the best signature's share
-FLOOR = 1.0
+FIRST_WAVE = 4
 
 Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One candidate fitted: what it gains on the hold-out."""
-
-    candidate: Candidate
-    fit: Fit
-    holdout: tuple[Evaluation, ...]
-    gain: float  # share of the excess over the floor that it takes away
-    drop: float  # noise floors
-    t: float
-
-    @property
-    def cost(self) -> float:
-        return mean_cost(self.holdout)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +56,7 @@ class Search:
     nominal: Fit  # the rig file's own constants
     current: Fit
     seen: tuple[Evaluation, ...]  # hold-out with the current model
+    workers: int = 1
     steps: list[Step] = field(default_factory=list)
     screening: Screening | None = None
     first_screening: Screening | None = None
@@ -88,15 +66,20 @@ class Search:
     def cost(self) -> float:
         return mean_cost(self.seen)
 
+    @property
+    def base(self) -> Base:
+        return Base(self.experiments, self.holdouts, self.costs, self.current, self.seen)
+
 
 def search(state: Search, tell: Tell) -> Search:
     """Add effects while the hold-out says so."""
     while len(state.steps) < MOST_EFFECTS:
+        state.screening = None
+        if state.cost < FLOOR + LEAST_DROP:
+            break  # no candidate could pass the gates any more
         found = candidates(state.current.model.rig, state.channels)
         state.screening = screen(state.current, state.costs, found, tell)
         state.first_screening = state.first_screening or state.screening
-        if state.cost < FLOOR + LEAST_DROP:
-            break  # no candidate could pass the gates any more
         state.last_trials = tuple(sorted(_trials(state, state.screening, tell), key=lambda trial: trial.cost))
         step = _decide(state, len(found))
         if step is None:
@@ -108,104 +91,34 @@ def search(state: Search, tell: Tell) -> Search:
 
 
 def _trials(state: Search, screening: Screening, tell: Tell) -> list[Trial]:
-    """Fit the candidates that passed the screening, best signature first."""
-    shares = {s.candidate.label: s.share for s in screening.signatures}
-    most = max(shares.values(), default=0.0)
-    trials: list[Trial] = []
-    for candidate in screening.kept():
-        nearly_all = any(trial.gain >= NEARLY_ALL for trial in trials)
-        if not (nearly_all and shares[candidate.label] < HARDLY * most):
-            trials.append(_try(state, candidate, tell))
+    """Fit the candidates that passed the screening, best signatures first; those that help most once more about their own states."""
+    kept, base = screening.kept(), state.base
+    most = max((s.share for s in kept), default=0.0)
+
+    def first(signature: Signature) -> Trial:
+        trial = first_trial(base, signature.candidate, signature.starts)
+        tell(f"  {trial.candidate.label}: hold-out {state.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
+        return trial
+
+    others = [] if state.steps else [state.nominal]  # constants torn away by the missing effect are a bad place to start from
+
+    def again(trial: Trial) -> Trial:
+        own = own_trial(base, trial, others)
+        tell(f"  {own.candidate.label}, own initial states: hold-out {own.cost:.4g} noise floors, t = {own.t:.1f}")
+        return own
+
+    with ThreadPoolExecutor(state.workers) as pool:
+        trials = list(pool.map(first, kept[:FIRST_WAVE]))
+        solved = any(trial.gain >= NEARLY_ALL for trial in trials)
+        trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
+        best = max((trial.gain for trial in trials), default=0.0)
+        strong = [trial for trial in trials if trial.gain >= max(0.5 * LEAST_GAIN, CONTENDER * best)]
+        weak = [trial for trial in trials if trial not in strong]
+        trials = [*weak, *pool.map(again, strong)]
+    for trial in turned_trials(base, [s.candidate for s in kept], state.channels, others):
+        tell(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
+        trials.append(trial)
     return trials
-
-
-def paired_t(before: Sequence[Evaluation], after: Sequence[Evaluation]) -> float:
-    """t of the mean relative gain ln(before / after) per window; neighbouring windows may be correlated (Newey-West with one lag).
-
-    The logarithm, and bounded, because a gap shows in few windows with costs a thousand times those of the others; whether the sum of
-    the costs falls is the gain's business.
-    Windows in which both models do the same (nothing moves there) say nothing about either and are left out.
-    """
-    ratios = [np.log(a.window_costs / b.window_costs) for a, b in zip(before, after, strict=True)]
-    gains = [np.clip(r, -LARGEST_CHANGE, LARGEST_CHANGE) for r in ratios]
-    told = np.concatenate(gains)
-    kept = np.abs(told) > LEAST_CHANGE
-    if kept.sum() >= LEAST_TELLING:
-        gains = [g[np.abs(g) > LEAST_CHANGE] for g in gains]
-    pooled = np.concatenate(gains)
-    mean = float(pooled.mean())
-    variance = float(np.mean((pooled - mean) ** 2))
-    lagged = sum(float(np.sum((g[1:] - mean) * (g[:-1] - mean))) for g in gains) / len(pooled)
-    spread = (max(variance + lagged, 0.25 * variance) + LEAST_SPREAD**2) / len(pooled)
-    return mean / float(np.sqrt(spread))
-
-
-def _try(state: Search, candidate: Candidate, tell: Tell) -> Trial:
-    """Fit from the best two starting points and judge on the hold-out; what helps is fitted on about its own initial states."""
-    models = [(state.current, m) for m in points(candidate, state.current.model)[: len(candidate.starts)]]
-    if not state.steps:  # constants torn away by the missing effect are a bad place to start from
-        models += [(state.nominal, m) for m in points(candidate, state.nominal.model)[: len(candidate.starts)]]
-    ranked = sorted(((_start_cost(state, model), k) for k, (_, model) in enumerate(models)))
-    best: Fit | None = None
-    for _, k in ranked[:STARTS]:
-        done = _fitted(state, *models[k], None)
-        best = done if best is None or done.cost < best.cost else best
-        if _excess(best.cost) < (1 - NEARLY_ALL) * _excess(state.current.cost):
-            break
-    assert best is not None
-    trial = _judge(state, candidate, best, [e.projection for e in state.seen])
-    if trial.gain >= LEAST_GAIN:
-        own = [marginalised(e, best.model.vector()) for e in state.experiments]
-        trial = _judge(state, candidate, _refined(state, best, own), None)
-    tell(f"  {candidate.label}: hold-out {state.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
-    return trial
-
-
-def _fitted(state: Search, origin: Fit, model: Model, projections: Sequence[Projection] | None) -> Fit:
-    jacobian = [_grown(columns, len(model.free)) for columns in origin.jacobian]
-    same_states = (model.vector()[C.BENDING_STIFFNESS] > 0) == (origin.model.vector()[C.BENDING_STIFFNESS] > 0)
-    if projections is None and same_states:
-        projections = [e.projection for e in origin.evaluations]
-    return fit(model, state.experiments, state.costs, _moving(model), jacobian, TRIAL_STEPS, projections)
-
-
-def _refined(state: Search, done: Fit, projections: Sequence[Projection]) -> Fit:
-    return fit(done.model, state.experiments, state.costs, _moving(done.model), done.jacobian, 3, projections)
-
-
-def _moving(model: Model) -> list[int]:
-    """The parameters of the effects found so far."""
-    return [k for entry in model.added for k in model.of_effect(entry)]
-
-
-def _excess(cost: float) -> float:
-    return max(cost - FLOOR, 1e-9)
-
-
-def _start_cost(state: Search, model: Model) -> float:
-    pairs = zip(state.experiments, state.current.evaluations, strict=True)
-    return mean_cost([evaluate(e, model, state.costs, old.projection) for e, old in pairs])
-
-
-def _judge(state: Search, candidate: Candidate, best: Fit, projections: Sequence[Projection] | None) -> Trial:
-    after = tuple(evaluate(e, best.model, state.costs, projections[k] if projections else None) for k, e in enumerate(state.holdouts))
-    drop = state.cost - mean_cost(after)
-    gain = drop / _excess(state.cost)
-    if _vanished(candidate, best):
-        return Trial(candidate, best, after, 0.0, 0.0, 0.0)
-    return Trial(candidate, best, after, gain, drop, paired_t(state.seen, after))
-
-
-def _vanished(candidate: Candidate, best: Fit) -> bool:
-    """Whether the fit has put the effect back to its neutral value: what it gained, the constants have gained."""
-    numbers = best.model.of_effect(best.model.added[-1])
-    pairs = [(abs(best.model.theta[k] - free.start), free) for k, free in zip(numbers, candidate.free, strict=True)]
-    resting = [moved < NOTHING * free.scale for moved, free in pairs if free.key in REGISTRY[candidate.effect].neutral]
-    return bool(resting) and all(resting)
-
-
-def _grown(columns: Array, count: int) -> Array:
-    return np.concatenate([columns, np.zeros((count - len(columns), *columns.shape[1:]))])
 
 
 def _decide(state: Search, tried: int) -> Step | None:
@@ -223,6 +136,8 @@ def _decide(state: Search, tried: int) -> Step | None:
 
 
 def _accept(state: Search, step: Step, tell: Tell) -> None:
+    if step.trial.beside:
+        state.steps.append(Step(step.trial.fit.model.added[-2], replace(step.trial, candidate=step.trial.beside, beside=None), (), ()))
     state.steps.append(step)
     rivals = f" (or {', '.join(r.candidate.label for r in step.rivals)})" if step.rivals else ""
     tell(f"accepted: {step.trial.candidate.label}{rivals}")
@@ -234,8 +149,11 @@ def _refit(state: Search, start: Fit, tell: Tell) -> None:
     tell("refitting all constants")
     own = _from_own_constants(state, start)
     best = own if own.cost < start.cost else start
+    vector = best.model.vector()
+    state.experiments = [remembering(e, vector) for e in state.experiments]
     state.current = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, enough=CONVERGED)
     state.seen = tuple(evaluate(e, state.current.model, state.costs) for e in state.holdouts)
+    tell(f"hold-out: {state.cost:.4g} noise floors")
 
 
 def _from_own_constants(state: Search, start: Fit) -> Fit:
@@ -243,11 +161,12 @@ def _from_own_constants(state: Search, start: Fit) -> Fit:
     model = start.model
     theta = np.array([free.start if free.prior else value for free, value in zip(model.free, model.theta, strict=True)])
     plain = model.with_theta(theta)
-    numbers = _moving(plain)
+    numbers = effects(plain)
     smaller = plain.restricted(numbers)
-    done = fit(smaller, state.experiments, state.costs, range(len(numbers)), None, TRIAL_STEPS)
+    known = [e.projection for e in start.evaluations]
+    done = fit(smaller, state.experiments, state.costs, range(len(numbers)), None, STEPS, known)
     theta[numbers] = done.model.theta
-    return Fit(plain.with_theta(theta), done.evaluations, start.jacobian, done.objective)
+    return Fit(plain.with_theta(theta), done.evaluations, start.jacobian, start.columns, done.objective)
 
 
 def _swap(state: Search, tell: Tell) -> None:
@@ -255,16 +174,12 @@ def _swap(state: Search, tell: Tell) -> None:
     for number, step in enumerate(state.steps[:-1]):
         present = {(e.effect, e.where) for e in state.current.model.added}
         rivals = [t for t in (*step.rivals, *step.others) if (t.candidate.effect, t.candidate.where) not in present]
-        if not rivals:
-            continue
-        rival = min(rivals, key=lambda t: t.cost)
-        without = _without(state, step.entry)
+        without = _without(state, step.entry) if rivals else None
         if without is None:
             continue
-        shrunk = Search(
-            state.experiments, state.holdouts, state.costs, state.channels, state.nominal, without, _seen(state, without), [step]
-        )
-        trial = _try(shrunk, rival.candidate, tell)
+        rival = min(rivals, key=lambda t: t.cost)
+        base = Base(state.experiments, state.holdouts, state.costs, without, _seen(state, without))
+        trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, without.model)), [])
         if paired_t(state.seen, trial.holdout) > KEEP_T:
             tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
             state.steps[number] = Step(trial.fit.model.added[-1], trial, (step.trial,), ())
@@ -292,7 +207,7 @@ def _without(state: Search, entry: EffectEntry) -> Fit | None:
     gone = set(model.of_effect(entry))
     keep = [k for k in range(len(model.free)) if k not in gone]
     smaller = model.without_effect(entry)
-    return fit(smaller, state.experiments, state.costs, _moving(smaller), [columns[keep] for columns in state.current.jacobian], steps=4)
+    return fit(smaller, state.experiments, state.costs, effects(smaller), [columns[keep] for columns in state.current.jacobian], steps=4)
 
 
 def _seen(state: Search, done: Fit) -> tuple[Evaluation, ...]:

@@ -15,11 +15,12 @@ import numpy as np
 
 from config.load import LoadedRig
 from gap.closed_loop import measured_on
-from gap.fit import Costing, Evaluation, judged, projected, sensitivities
+from gap.compare import paired_t
+from gap.evaluation import Costing, Evaluation, judged
 from gap.measured import Array, Measured
 from gap.model import Free, Model
 from gap.noise import noise_floors
-from gap.select import paired_t
+from gap.sensitivity import projected, sensitivities
 from gap.windows import default_window_s, marginalised, prepare, simulate, start_states
 
 _LOOSE = 1e-6  # precision of a parameter without a prior

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.fit import Costing, Evaluation, Fit, covariance, projected
+from gap.evaluation import Costing, Evaluation
+from gap.fit import Fit, covariance
 from gap.measured import Array
-from gap.select import FLOOR, Search
+from gap.select import Search
+from gap.trial import FLOOR
 
 NO_GAP = 1.05  # noise floors up to which there is nothing to explain
 EXPLAINED = 1.10  # noise floors up to which constants alone are believed to explain a gap
@@ -76,7 +78,7 @@ def confidence(done: Fit, costs: Costing, seed: int = 0) -> Array:
 def _bootstrap_sd(done: Fit, costs: Costing, seed: int) -> Array:
     """Spread of the fitted numbers when windows are drawn again with repetition."""
     temper = max(1.0, done.cost) * costs.tau
-    scores = np.concatenate([_window_scores(e, j) for e, j in zip(done.evaluations, done.jacobian, strict=True)], axis=1) / temper
+    scores = np.concatenate([_window_scores(e, j) for e, j in zip(done.evaluations, done.columns, strict=True)], axis=1) / temper
     inverse = covariance(done, costs) / np.outer(done.model.scales, done.model.scales)
     blocks = [scores[:, k : k + _BLOCK].sum(axis=1) for k in range(0, scores.shape[1], _BLOCK)]
     stacked, draw = np.stack(blocks, axis=1), np.random.default_rng(seed)
@@ -87,7 +89,7 @@ def _bootstrap_sd(done: Fit, costs: Costing, seed: int) -> Array:
 
 def _window_scores(evaluation: Evaluation, columns: Array) -> Array:
     """Gradient of the fit by window: numbers × windows."""
-    return np.asarray(np.einsum("kwn,wn->kw", projected(evaluation, columns), evaluation.left))
+    return np.asarray(np.einsum("kwn,wn->kw", columns, evaluation.left))
 
 
 def channel_rms(evaluations: tuple[Evaluation, ...], names: list[str]) -> dict[str, float]:

@@ -8,22 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from config.errors import LogError
 from config.rig import Rig
 from gap.measured import Array, Measured, bridged
 from sim_backend.batch import TARGETS, WindowPlan, carry, quiet, restart
-from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, J, Vector, X
+from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, H, J, Vector, X
 from sim_backend.parameters import Parameters
 from sim_backend.plant import SimulatedRig
 from sim_backend.rates import IMPOSED
 
 SAMPLE_RATE_HZ = 350.0  # readings compared; commands act at the log's own rate
 SLOPE_SPAN_S = 0.03  # span of the local parabola that gives velocities at a window's start
+LEAD_IN_S = 0.15  # from a kept state to the window: spools, chambers, delay lines and bristles have forgotten other constants
 BURN_IN_S = 0.3  # the carried states forget how the simulation was started
 LEAST_WINDOWS = 6
 _HUGE = 1e6  # a residual that leaves no doubt
@@ -42,6 +45,14 @@ class StartState:
 
 
 @dataclass(frozen=True, slots=True)
+class Memory:
+    """States of a simulation of the whole log with parameters `p` (warmed), at the windows' entry rows: windows × states."""
+
+    p: Vector
+    states: Array
+
+
+@dataclass(frozen=True, slots=True)
 class Experiment:
     """One log cut into windows. `measured`: windows × samples × channels (NaN: not measured), in the channels' units."""
 
@@ -54,6 +65,8 @@ class Experiment:
     velocity_sd: Mapping[int, float]  # of each slot, at a window's start
     warmer_K: float  # oil at the log's start against the rig file
     workers: int = 1  # threads that simulate
+    whole: WindowPlan | None = None  # every window of the log, where this experiment has chosen some
+    memory: Memory | None = None  # what these windows are reached from instead of through the whole log
 
     @property
     def windows(self) -> int:
@@ -75,8 +88,15 @@ class Projection:
 
     def apply(self, e: Array) -> Array:
         """windows × values → windows × (values + states): what is left, then the cost of the initial states."""
-        moved = np.einsum("wkn,wn->wk", self.gain, e)
-        return np.concatenate([e - np.einsum("wnk,wk->wn", self.sensitivity, moved), moved], axis=1)
+        moved = np.matmul(self.gain, e[:, :, None])
+        left = e - np.matmul(self.sensitivity, moved)[:, :, 0]
+        return np.concatenate([left, moved[:, :, 0]], axis=1)
+
+    def apply_all(self, columns: Array) -> Array:
+        """numbers × windows × values → numbers × windows × (values + states)."""
+        e = columns.transpose(1, 2, 0)
+        moved = np.matmul(self.gain, e)
+        return np.concatenate([e - np.matmul(self.sensitivity, moved), moved], axis=1).transpose(2, 0, 1)
 
 
 def default_window_s(rig: Rig) -> float:
@@ -107,10 +127,47 @@ def prepare(log: Measured, rig: Rig, sigma: Mapping[str, float], window_s: float
     )
 
 
+def velocities(experiment: Experiment) -> Array:
+    """Measured velocities in every window, windows × samples × slots; NaN where not measured."""
+    rows = experiment.plan.starts[:, None] + experiment.plan.every * np.arange(experiment.plan.samples)[None, :]
+    return np.asarray(experiment.plan.targets[rows][:, :, SLOTS : 2 * SLOTS])
+
+
+def some(experiment: Experiment, numbers: NDArray[np.int64]) -> Experiment:
+    """The experiment with these windows only; each run of neighbours is reached from a kept state, a little before its first window."""
+    if len(numbers) == experiment.windows:
+        return experiment
+    plan = experiment.plan
+    starts = plan.starts[numbers]
+    apart = np.concatenate([[True], np.diff(starts) > plan.rows])
+    entries = np.where(apart, starts - round(LEAD_IN_S / plan.period_s), -1)
+    entries[0] = max(entries[0], 0)
+    thinned = replace(plan, starts=starts, entries=entries)
+    return replace(experiment, plan=thinned, measured=experiment.measured[numbers], whole=plan)
+
+
+def remembering(experiment: Experiment, p: Vector) -> Experiment:
+    """The experiment with what its chosen windows remember renewed by one simulation of the whole log."""
+    if experiment.whole is None or experiment.plan.entries is None:
+        return experiment
+    entries = experiment.plan.entries
+    rows = np.union1d(experiment.whole.starts, entries[entries >= 0])
+    p = _warmed(experiment, p)
+    _, kept = carry(experiment.start, p, replace(experiment.whole, starts=rows, rows=1, every=1), keep=True)
+    states = np.zeros((experiment.windows, kept.shape[1]))
+    states[entries >= 0] = kept[np.searchsorted(rows, entries[entries >= 0])]
+    return replace(experiment, memory=Memory(p, states))
+
+
 def simulate(experiment: Experiment, vectors: Sequence[Vector]) -> list[Array]:
     """Readings of every parameter vector, windows × samples × channels each."""
+    jobs = [(k, part) for k, p in enumerate(vectors) for part in _parts(experiment, p, len(vectors))]
     with ThreadPoolExecutor(experiment.workers) as pool:
-        return list(pool.map(lambda p: _readings(experiment, p), vectors))
+        done = list(pool.map(lambda job: _readings(experiment, vectors[job[0]], job[1]), jobs))
+    groups: list[list[Array]] = [[] for _ in vectors]
+    for (k, _), readings in zip(jobs, done, strict=True):
+        groups[k].append(readings)
+    return [np.concatenate(group) for group in groups]
 
 
 def residual(experiment: Experiment, readings: Array) -> Array:
@@ -122,7 +179,7 @@ def residual(experiment: Experiment, readings: Array) -> Array:
 def marginalised(experiment: Experiment, p: Vector) -> Projection:
     """The projection that takes out each window's unknown initial state, linearised at the parameters `p`."""
     p = _warmed(experiment, p)
-    base, kept = carry(experiment.start, p, experiment.plan, keep=True)
+    base, kept = _carried(experiment, p, slice(0, experiment.windows), keep=True)
     states = start_states(p, experiment)
     with ThreadPoolExecutor(experiment.workers) as pool:
         moved = list(pool.map(lambda s: restart(kept, p, experiment.plan, s.number, s.sd), states))
@@ -152,9 +209,42 @@ def start_states(p: Vector, experiment: Experiment) -> list[StartState]:
     return states
 
 
-def _readings(experiment: Experiment, p: Vector) -> Array:
-    readings, _ = carry(experiment.start, _warmed(experiment, p), experiment.plan)
+def _parts(experiment: Experiment, p: Vector, vectors: int) -> list[slice]:
+    """The windows cut into as many parts as there are idle threads; only windows with a kept state can begin a part."""
+    everything = slice(0, experiment.windows)
+    if vectors >= experiment.workers or experiment.plan.entries is None:
+        return [everything]
+    if experiment.memory is None or not _remembers_alike(p, experiment.memory.p):
+        return [everything]
+    firsts = np.flatnonzero(experiment.plan.entries >= 0)
+    ideal = np.arange(1, experiment.workers) * experiment.windows / experiment.workers
+    cuts = sorted({int(firsts[np.argmin(np.abs(firsts - at))]) for at in ideal} - {0})
+    return [slice(a, b) for a, b in pairwise([0, *cuts, experiment.windows])]
+
+
+def _readings(experiment: Experiment, p: Vector, part: slice) -> Array:
+    readings, _ = _carried(experiment, _warmed(experiment, p), part)
     return readings[:, :, experiment.columns]
+
+
+def _carried(experiment: Experiment, p: Vector, part: slice, keep: bool = False) -> tuple[Array, Array]:
+    """Simulate (warmed) parameters into the windows of one part, from kept states where these are what `p` would remember."""
+    plan, memory = experiment.plan, experiment.memory
+    if memory is None or plan.entries is None:
+        return carry(experiment.start, p, plan, keep)
+    if not _remembers_alike(p, memory.p):
+        readings, kept = carry(experiment.start, p, plan, keep)
+        return readings[part], kept[part] if keep else kept
+    states = memory.states[part].copy()
+    states[:, H.RESERVOIR : H.OIL + 1] += p[C.INITIAL_TEMPERATURE] - memory.p[C.INITIAL_TEMPERATURE]
+    return carry(experiment.start, p, replace(plan, starts=plan.starts[part], entries=plan.entries[part]), keep, states)
+
+
+def _remembers_alike(p: Vector, other: Vector) -> bool:
+    """Whether what both remember longer than the lead-in is the same: hysteresis, backlash, accumulator."""
+    slots = [J_START + slot * J_STRIDE + item for slot in range(SLOTS) for item in (J.HYSTERESIS, J.GAP)]
+    numbers = [*slots, C.INVERSE_GAS_VOLUME, C.PUMP_FLOW]
+    return bool(np.array_equal(p[numbers], other[numbers]))
 
 
 def _warmed(experiment: Experiment, p: Vector) -> Vector:

@@ -52,6 +52,8 @@ class WindowPlan:
 
     `targets`: rows × TARGETS, the measured motion at every row (NaN: carried like everything else). Accelerations are for joints whose
     motion is imposed; these follow their measured motion at every row.
+    `entries`: for every window the row at which a simulation may enter with states kept from another one; −1 where it comes from the
+    window before. Without them every window is reached through the whole log.
     """
 
     commands_V: Array
@@ -60,6 +62,7 @@ class WindowPlan:
     every: int
     period_s: float
     targets: Array
+    entries: NDArray[np.int64] | None = None
 
     @property
     def samples(self) -> int:
@@ -76,14 +79,17 @@ def quiet(parameters: Parameters) -> Vector:
     return values
 
 
-def carry(start: Vector, p: Vector, plan: WindowPlan, keep: bool = False) -> tuple[Array, Array]:
+def carry(start: Vector, p: Vector, plan: WindowPlan, keep: bool = False, entered: Array | None = None) -> tuple[Array, Array]:
     """Readings (windows × samples × sensors, SI) with parameters `p` from state `start`; with `keep` also the windows' first states.
 
+    `entered`: windows × states, from which the windows with an entry row are reached instead of through the log before them.
     Releases the interpreter lock: call it from several threads.
     """
     out = np.empty((len(plan.starts), plan.samples, int(p[C.SENSORS])))
     kept = np.empty((len(plan.starts) if keep else 0, start.size))
-    _carry(start.copy(), p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets, out, kept)
+    entries = np.full(len(plan.starts), -1) if plan.entries is None or entered is None else plan.entries
+    states = np.empty((0, start.size)) if entered is None else entered
+    _carry(start.copy(), p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets, entries, states, out, kept)
     return out * _resolutions(p), kept
 
 
@@ -206,6 +212,8 @@ def _carry(
     every: int,
     period_s: float,
     targets: Array,
+    entries: NDArray[np.int64],
+    entered: Array,
     out: Array,
     kept: Array,
 ) -> None:
@@ -215,6 +223,10 @@ def _carry(
     x[H.RESERVOIR : H.OIL + 1] += p[C.INITIAL_TEMPERATURE] - x[H.OIL]
     row = 0
     for i in range(starts.size):
+        if entries[i] >= 0:
+            row = entries[i]
+            x[:] = entered[i]
+            _correct(x, p, targets, row, period_s)
         _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, targets, nothing)
         _correct(x, p, targets, starts[i], period_s)
         if kept.shape[0] > 0:

@@ -11,7 +11,7 @@ import pytest
 from config.load import LoadedRig, load_rig, rig_from_text
 from config.yaml_tree import parse
 from gap.candidates import SHAPES, candidates
-from gap.fit import evaluate, mean_cost
+from gap.evaluation import evaluate, mean_cost
 from gap.measured import load
 from gap.model import Model, with_values
 from gap.model_file import _with_effect

@@ -91,8 +91,8 @@ def test_at_rest_friction_takes_what_it_must() -> None:
     """A pushed axis that does not slide breaks no force balance. It stops where the sine turns."""
     columns = moved(20.0)
     stop = 2812
-    columns["axis.position"] = np.where(T < T[stop], columns["axis.position"], columns["axis.position"][stop])
-    columns["axis.command_V"] = np.where(T < T[stop], columns["axis.command_V"], 0.3)
+    columns["axis.position"] = np.where(T[stop] > T, columns["axis.position"], columns["axis.position"][stop])
+    columns["axis.command_V"] = np.where(T[stop] > T, columns["axis.command_V"], 0.3)
     found = force_balance(axis(VISCOUS, COULOMB), columns)
     assert found.rows.max() < stop
     assert found.z < 1

@@ -1,0 +1,95 @@
+"""What one model costs on one log: residuals in noise units, robust against single bad samples, initial states marginalised."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.measured import Array
+from gap.model import Model
+from gap.noise import correlation_time
+from gap.windows import Experiment, Projection, marginalised, residual, simulate
+
+HUBER = 6.0  # residuals beyond this many standard deviations (of noise, or of the first model's residual) count linearly
+
+
+@dataclass(frozen=True, slots=True)
+class Costing:
+    """How residuals count, fixed by the first model so that costs compare: Huber threshold of every channel, correlation time."""
+
+    threshold: Array
+    tau: float
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """One model on one experiment: residual after marginalisation (windows × values+states), readings, and the cost of every window."""
+
+    experiment: Experiment
+    projection: Projection
+    readings: Array
+    left: Array
+    window_costs: Array  # mean-square of a window, in noise units; 1 is the noise floor
+    channel_costs: Array  # of every channel over the log
+
+
+def costing(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> Costing:
+    """From the residuals of the first model."""
+    channels = len(experiments[0].columns)
+    spread = np.ones(channels)
+    for k in range(channels):
+        seen = np.concatenate([_by_channel(e, left)[:, :, k].ravel() for e, left in zip(experiments, lefts, strict=True)])
+        seen = seen[np.isfinite(seen)]
+        spread[k] = max(1.0, 1.4826 * float(np.median(np.abs(seen)))) if seen.size else 1.0
+    taus = [correlation_time(_by_channel(e, left)[:, :, k]) for e, left in zip(experiments, lefts, strict=True) for k in range(channels)]
+    return Costing(HUBER * spread, float(np.median(taus)))
+
+
+def evaluate(experiment: Experiment, model: Model, costs: Costing | None, projection: Projection | None = None) -> Evaluation:
+    """Simulate a model on one log; the initial states are marginalised about this model unless a projection is given."""
+    p = model.vector()
+    readings = simulate(experiment, [p])[0]
+    return judged(experiment, readings, projection or marginalised(experiment, p), costs)
+
+
+def judged(experiment: Experiment, readings: Array, projection: Projection, costs: Costing | None) -> Evaluation:
+    """The evaluation of readings that are there already."""
+    left = projection.apply(residual(experiment, readings))
+    weighed = rho(experiment, left, costs)
+    values = experiment.measured[0].size
+    there = np.isfinite(experiment.measured)
+    data = np.where(there, weighed[:, :values].reshape(experiment.measured.shape), 0.0)
+    counts = np.maximum(there.sum(axis=(1, 2)), 1)
+    window_costs = (data.sum(axis=(1, 2)) + weighed[:, values:].sum(axis=1)) / counts
+    channel_costs = data.sum(axis=(0, 1)) / np.maximum(there.sum(axis=(0, 1)), 1)
+    return Evaluation(experiment, projection, readings, left, window_costs, channel_costs)
+
+
+def mean_cost(evaluations: Sequence[Evaluation]) -> float:
+    """J: 1 at the noise floor."""
+    return float(np.concatenate([e.window_costs for e in evaluations]).mean())
+
+
+def rho(experiment: Experiment, left: Array, costs: Costing | None) -> Array:
+    """Cost of every value: its square, or its line beyond the limit."""
+    if costs is None:
+        return left**2
+    limit = limits(experiment, left, costs)
+    size = np.abs(left)
+    return np.where(size <= limit, size**2, limit * (2 * size - limit))
+
+
+def limits(experiment: Experiment, left: Array, costs: Costing) -> Array:
+    """Residual of every value beyond which it counts linearly; infinite for initial states."""
+    values = experiment.measured[0].size
+    limit = np.full(left.shape[1], np.inf)
+    limit[:values] = np.tile(costs.threshold, values // costs.threshold.size)
+    return limit[None, :]
+
+
+def _by_channel(experiment: Experiment, left: Array) -> Array:
+    values = experiment.measured[0].size
+    shaped = left[:, :values].reshape(experiment.measured.shape)
+    return np.where(np.isfinite(experiment.measured), shaped, np.nan)

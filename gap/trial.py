@@ -1,0 +1,125 @@
+"""One candidate fitted on the fit logs and judged on the hold-out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.candidates import Candidate
+from gap.compare import paired_t
+from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
+from gap.fit import Fit, fit
+from gap.measured import Array
+from gap.model import Model
+from gap.windows import Experiment, Projection, marginalised
+from sim_backend.effects.registry import REGISTRY
+from sim_backend.layout import C
+
+FLOOR = 1.0
+LEAST_GAIN = 0.10  # of the remaining excess over the floor
+NEARLY_ALL = 0.9  # gain after which candidates with hardly any signature of the gap need no fit
+STARTS = 2
+STEPS = 5
+NOTHING = 0.01  # typical sizes: an effect this close to its neutral value is none
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """What a candidate is added to: the current model on the fit logs and on the hold-out."""
+
+    experiments: Sequence[Experiment]
+    holdouts: Sequence[Experiment]
+    costs: Costing
+    current: Fit
+    seen: tuple[Evaluation, ...]
+
+    @property
+    def cost(self) -> float:
+        return mean_cost(self.seen)
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One candidate fitted: what it gains on the hold-out."""
+
+    candidate: Candidate
+    fit: Fit
+    holdout: tuple[Evaluation, ...]
+    gain: float  # share of the excess over the floor that it takes away
+    drop: float  # noise floors
+    t: float
+    beside: Candidate | None = None  # the sign of a sensor that was turned with it
+
+    @property
+    def cost(self) -> float:
+        return mean_cost(self.holdout)
+
+
+def first_trial(base: Base, candidate: Candidate, starts: Sequence[Model]) -> Trial:
+    """Fit from the best starting point, from the next as well if that brings little; initial states as those of the current model."""
+    best: Fit | None = None
+    for start in starts[:STARTS]:
+        done = _fitted(base, start)
+        best = done if best is None or done.cost < best.cost else best
+        if excess(best.cost) < (1 - NEARLY_ALL) * excess(base.current.cost):
+            break
+    assert best is not None
+    known = [e.projection for e in base.seen] if _same_states(base, best.model) else None
+    return _judged(base, candidate, best, known)
+
+
+def own_trial(base: Base, trial: Trial, others: Sequence[Fit]) -> Trial:
+    """The same candidate with initial states marginalised about its own model, from its own constants and from those of `others`."""
+    model = trial.fit.model
+    own = [marginalised(e, model.vector()) for e in base.experiments]
+    fits = [fit(model, base.experiments, base.costs, effects(model), trial.fit.jacobian, 3, own)]
+    for other in others:
+        moved = model.with_theta(np.concatenate([other.model.theta, model.theta[len(other.model.theta) :]]))
+        jacobian = [np.concatenate([b, mine[len(b) :]]) for mine, b in zip(trial.fit.jacobian, other.jacobian, strict=True)]
+        fits.append(fit(moved, base.experiments, base.costs, effects(model), jacobian, STEPS, own))
+    return _judged(base, trial.candidate, min(fits, key=lambda done: done.cost), None)
+
+
+def effects(model: Model) -> list[int]:
+    """Numbers of the parameters of the effects found so far."""
+    return [k for entry in model.added for k in model.of_effect(entry)]
+
+
+def excess(cost: float) -> float:
+    """What a cost is above the noise."""
+    return max(cost - FLOOR, 1e-9)
+
+
+def _fitted(base: Base, model: Model) -> Fit:
+    origin = base.current
+    jacobian = [_grown(columns, len(model.free)) for columns in origin.jacobian]
+    known = [e.projection for e in origin.evaluations] if _same_states(base, model) else None
+    new = model.of_effect(model.added[-1])
+    return fit(model, base.experiments, base.costs, new, jacobian, STEPS, known)
+
+
+def _same_states(base: Base, model: Model) -> bool:
+    """Whether both models have the same initial states: a link that bends has more."""
+    return bool((model.vector()[C.BENDING_STIFFNESS] > 0) == (base.current.model.vector()[C.BENDING_STIFFNESS] > 0))
+
+
+def _judged(base: Base, candidate: Candidate, best: Fit, projections: Sequence[Projection] | None) -> Trial:
+    after = tuple(evaluate(e, best.model, base.costs, projections[k] if projections else None) for k, e in enumerate(base.holdouts))
+    drop = base.cost - mean_cost(after)
+    if _vanished(candidate, best):
+        return Trial(candidate, best, after, 0.0, 0.0, 0.0)
+    return Trial(candidate, best, after, drop / excess(base.cost), drop, paired_t(base.seen, after))
+
+
+def _vanished(candidate: Candidate, best: Fit) -> bool:
+    """Whether the fit has put the effect back to its neutral value: what it gained, the constants have gained."""
+    numbers = best.model.of_effect(best.model.added[-1])
+    pairs = [(abs(best.model.theta[k] - free.start), free) for k, free in zip(numbers, candidate.free, strict=True)]
+    resting = [moved < NOTHING * free.scale for moved, free in pairs if free.key in REGISTRY[candidate.effect].neutral]
+    return bool(resting) and all(resting)
+
+
+def _grown(columns: Array, count: int) -> Array:
+    return np.concatenate([columns, np.zeros((count - len(columns), *columns.shape[1:]))])
