@@ -157,10 +157,11 @@ class Desk:
 
     async def wait(self, params: dict[str, Any]) -> dict[str, Any]:
         """Until run `run` has ended, at most `timeout_s`; then validity may still be "running"."""
-        run = self._journal.runs.get(params.get("run", self._runs))
+        number = params.get("run", self._runs)
+        run = self._journal.runs.get(number) if isinstance(number, int) else None
         if run is None:
             raise DaemonError(
-                "no such run", value=params.get("run"), limit=f"1 to {self._runs}", next_step="Run numbers start anew with the daemon."
+                "no such run", value=repr(number)[:80], limit=f"1 to {self._runs}", next_step="Run numbers start anew with the daemon."
             )
         timeout_s = params.get("timeout_s", LONGEST_WAIT_S)
         if isinstance(timeout_s, bool) or not isinstance(timeout_s, (int, float)) or not 0.0 <= timeout_s <= LONGEST_WAIT_S:
