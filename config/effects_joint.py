@@ -52,7 +52,7 @@ class Backlash(JointEntry):
     gap: float = quantity_by_place(LENGTH, "total free play between actuator and load; 0 is a rigid drive train", low=0, high=0.2)
     stiffness: float = quantity_by_place(STIFFNESS, "drive train in contact", low=1, high=1e9)
     damping: float = quantity_by_place(DAMPING, "drive train in contact", 0.0, low=0, high=1e6)
-    actuator_mass: float = quantity_by_place(MASS, "share of the joint's mass or inertia on the actuator's side", low=1e-3, high=1e5)
+    actuator_mass: float = quantity_by_place(MASS, "share of the joint's mass or inertia on the actuator's side", low=1e-9, high=1e5)
     sensor_on: Literal["actuator", "load"] = "load"
 
 

@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from config.errors import LogError
 from config.rig import Rig
+from gap.channel_check import CLIPPED, DataProblem, censored, channel_problems, quantum
 from gap.measured import Array, Channel, Measured, runs
+
+__all__ = ["DataProblem", "censored", "check", "quantum", "refuse_pairing", "same_maneuver"]
 
 LEAST_S = 2.0  # a log shorter than this has too few windows to decide anything
 LONG_GAP_S = 0.1  # the plant moves on its own in a gap; longer ones are named
 STUCK_S = 1.0  # a moving joint's channel that repeats one value for this long
 LARGEST_JITTER = 0.3  # of the period
-CLIPPED = 0.02  # share of samples at the ends of the sensor's range
-CENSORED = 0.2
 SAME = 0.999  # correlation of the commands above which two logs are one maneuver
 POLARITY = -0.8
-
-
-@dataclass(frozen=True, slots=True)
-class DataProblem:
-    """One finding about the data. `fatal`: no verdict about the physics can be given."""
-
-    what: str
-    channel: str
-    where: str
-    fatal: bool
-
-    def text(self) -> str:
-        return f"{self.where}: {self.channel + ': ' if self.channel else ''}{self.what}"
+CROSSED = 0.8  # correlation of a joint's rate with another joint's command …
+UNMOVED = 0.4  # … while its own says so little
+_BLOCK_S = 0.5
 
 
 def refuse_pairing(fit: Sequence[Measured], holdout: Sequence[Measured]) -> None:
@@ -40,20 +30,31 @@ def refuse_pairing(fit: Sequence[Measured], holdout: Sequence[Measured]) -> None
     if not holdout:
         advice = "Log a second, different maneuver and give it with --holdout: a gap that only closes on the fitted log proves nothing."
         raise LogError("there is no hold-out log", value="one log", limit="two", where=str(fit[0].path), next_step=advice)
-    hashes = {log.sha256: log.path for log in fit}
     for log in holdout:
-        if log.sha256 in hashes:
-            advice = "Give the log of another maneuver."
-            raise LogError("the hold-out log is a fit log", value=str(hashes[log.sha256]), where=str(log.path), next_step=advice)
+        for other in fit:
+            if log.sha256 == other.sha256 or _same_numbers(log, other):
+                advice = "Give the log of another maneuver."
+                raise LogError("the hold-out log is a fit log", value=str(other.path), where=str(log.path), next_step=advice)
+
+
+def _same_numbers(a: Measured, b: Measured) -> bool:
+    """The same measurement under another name or in another format."""
+    if a.rows != b.rows or set(a.channels) != set(b.channels) or not np.array_equal(a.commands_V, b.commands_V):
+        return False
+    return all(np.array_equal(a.channels[name].values, b.channels[name].values, equal_nan=True) for name in a.channels)
 
 
 def check(logs: Sequence[Measured], rig: Rig) -> list[DataProblem]:
-    """Every problem of every log: excitation, stuck and clipped channels, gaps, jitter, units and joints that cannot be this rig's."""
+    """Every problem of every log: excitation, stuck, clipped and dead channels, gaps, jitter, units and joints not of this rig."""
     found: list[DataProblem] = []
+    sensors = rig.plant.sensors if rig.plant else {}
     for log in logs:
         found += _time_problems(log)
-        found += _range_problems(log, rig)
+        moving = any(_moves(log.channels[f"{joint}.position"]) for joint in rig.joints if f"{joint}.position" in log.channels)
+        for name, channel in log.channels.items():
+            found += channel_problems(log, channel, sensors[name], moving)
         found += _motion_problems(log, rig)
+        found += _crossed_commands(log, rig)
     return found
 
 
@@ -81,32 +82,6 @@ def _time_problems(log: Measured) -> list[DataProblem]:
     return found
 
 
-def _range_problems(log: Measured, rig: Rig) -> list[DataProblem]:
-    where, found = str(log.path), []
-    sensors = rig.plant.sensors if rig.plant else {}
-    for name, channel in log.channels.items():
-        good = channel.values[np.isfinite(channel.values)]
-        low, high = sensors[name].low, sensors[name].high
-        if np.mean((good < low - 1e-9) | (good > high + 1e-9)) > CLIPPED:
-            what = (
-                f"runs from {good.min():.6g} to {good.max():.6g} {channel.unit}, but the sensor's range in the rig file is "
-                f"{low:.6g} to {high:.6g}: wrong unit, swapped channel or another rig"
-            )
-            found.append(DataProblem(what, name, where, True))
-        elif censored(channel, low, high):
-            what = "more than a fifth of the samples stand at the end of the sensor's range, where noise is cut off: not compared"
-            found.append(DataProblem(what, name, where, False))
-        elif np.mean((good <= low) | (good >= high)) > CLIPPED:
-            found.append(DataProblem("more than 2% of the samples stand at the end of the sensor's range", name, where, False))
-    return found
-
-
-def censored(channel: Channel, low: float, high: float) -> bool:
-    """Whether the end of the range cuts off so much that the channel's noise is no noise any more."""
-    good = channel.values[np.isfinite(channel.values)]
-    return bool(np.mean((good <= low) | (good >= high)) > CENSORED)
-
-
 def _motion_problems(log: Measured, rig: Rig) -> list[DataProblem]:
     where, found, moved = str(log.path), [], False
     for number, joint in enumerate(rig.joints):
@@ -114,36 +89,30 @@ def _motion_problems(log: Measured, rig: Rig) -> list[DataProblem]:
         if channel is None:
             found.append(DataProblem("is not in the log; every joint's position is needed", f"{joint}.position", where, True))
             continue
-        commands = log.commands_V[:, number]
         moves = _moves(channel)
         moved = moved or moves
-        if _is_imposed(rig, joint):
-            continue
-        if not moves and np.ptp(commands) > 0.2 * _full_scale(rig, joint):
-            what = f"does not change although {joint}.command_V spans {np.ptp(commands):.3g} V: stuck channel or locked joint"
-            found.append(DataProblem(what, channel.name, where, True))
-        elif moves:
-            found += _stuck(log, channel, commands, 0.2 * _full_scale(rig, joint))
-            found += _wrong_way(log, channel, commands)
-            found += _outside_travel(log, channel, rig, joint)
+        if not _is_imposed(rig, joint):
+            found += _against_command(log, rig, joint, channel, log.commands_V[:, number], moves)
     if not moved and not any(problem.fatal for problem in found):
         what = "no joint moves: nothing can be learned about the plant from this log; run a maneuver that moves it"
         found.append(DataProblem(what, "", where, True))
     return found
 
 
+def _against_command(log: Measured, rig: Rig, joint: str, channel: Channel, commands: Array, moves: bool) -> list[DataProblem]:
+    """A driven joint's position beside what was asked of it."""
+    threshold = 0.2 * _full_scale(rig, joint)
+    if moves:
+        return [*_stuck(log, channel, commands, threshold), *_wrong_way(log, channel, commands), *_outside_travel(log, channel, rig, joint)]
+    if np.ptp(commands) <= threshold:
+        return []
+    what = f"does not change although {joint}.command_V spans {np.ptp(commands):.3g} V: stuck channel or locked joint"
+    return [DataProblem(what, channel.name, str(log.path), True)]
+
+
 def _moves(channel: Channel) -> bool:
     good = channel.values[np.isfinite(channel.values)]
-    step = quantum(channel)
-    return bool(np.ptp(good) > max(20 * step, 1e-9))
-
-
-def quantum(channel: Channel) -> float:
-    """The smallest change of a channel: its quantisation, as far as the data show it."""
-    good = channel.values[np.isfinite(channel.values)]
-    changes = np.abs(np.diff(good))
-    changes = changes[changes > 1e-12 * max(float(np.ptp(good)), 1e-30)]
-    return float(np.quantile(changes, 0.02)) if changes.size > 10 else 0.0
+    return bool(np.ptp(good) > max(20 * quantum(channel), 1e-9))
 
 
 def _stuck(log: Measured, channel: Channel, commands: Array, threshold: float) -> list[DataProblem]:
@@ -158,20 +127,36 @@ def _stuck(log: Measured, channel: Channel, commands: Array, threshold: float) -
 
 
 def _wrong_way(log: Measured, channel: Channel, commands: Array) -> list[DataProblem]:
-    """Mean velocity over half a second against mean command: a clear negative slope is a sign or wiring error."""
-    rows = max(round(0.5 / log.period_s), 2)
-    count = log.rows // rows
-    blocks = channel.values[: count * rows : rows]
-    velocity = np.diff(blocks)
-    drive = commands[: count * rows].reshape(count, rows).mean(axis=1)[:-1]
-    good = np.isfinite(velocity)
-    if good.sum() < 6 or np.std(drive[good]) == 0 or np.std(velocity[good]) == 0:
-        return []
-    correlation = float(np.corrcoef(drive[good], velocity[good])[0, 1])
+    """Mean velocity against mean command: a clear negative slope is a sign or wiring error."""
+    correlation = _rate_with_command(log, channel, commands)
     if correlation > POLARITY:
         return []
     what = f"moves against its command (correlation {correlation:.2f}): sign of the sensor or of the command"
     return [DataProblem(what, channel.name, str(log.path), False)]
+
+
+def _rate_with_command(log: Measured, channel: Channel, commands: Array) -> float:
+    """Correlation of mean velocity and mean command over blocks of half a second; 0 where nothing can be said."""
+    rows = max(round(_BLOCK_S / log.period_s), 2)
+    count = log.rows // rows
+    velocity = np.diff(channel.values[: count * rows : rows])
+    drive = commands[: count * rows].reshape(count, rows).mean(axis=1)[:-1]
+    good = np.isfinite(velocity)
+    if good.sum() < 6 or np.std(drive[good]) == 0 or np.std(velocity[good]) == 0:
+        return 0.0
+    return float(np.corrcoef(drive[good], velocity[good])[0, 1])
+
+
+def _crossed_commands(log: Measured, rig: Rig) -> list[DataProblem]:
+    """Two joints that follow each other's command: columns swapped."""
+    joints = list(rig.joints)
+    if len(joints) != 2 or any(_is_imposed(rig, joint) or f"{joint}.position" not in log.channels for joint in joints):
+        return []
+    found = np.array([[_rate_with_command(log, log.channels[f"{a}.position"], log.commands_V[:, k]) for k in (0, 1)] for a in joints])
+    if not (np.abs(found[[0, 1], [1, 0]]).min() > CROSSED and np.abs(found[[0, 1], [0, 1]]).max() < UNMOVED):
+        return []
+    follow = f"{joints[0]} follows {joints[1]}.command_V (correlation {found[0, 1]:.2f}) and the other way round"
+    return [DataProblem(f"{follow}: swapped columns", f"{joints[0]}.command_V", str(log.path), True)]
 
 
 def _outside_travel(log: Measured, channel: Channel, rig: Rig, joint: str) -> list[DataProblem]:

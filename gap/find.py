@@ -31,6 +31,7 @@ from gap.found import Found
 from gap.localise import localise
 from gap.measured import Array, Measured, compared, load
 from gap.model import Model
+from gap.model_check import against_model
 from gap.model_file import improved, moved, width_key
 from gap.noise import noise_floors
 from gap.nuisance import nuisances
@@ -76,7 +77,10 @@ def search_gap(
     model = Model(loaded.rig, free, np.array([item.start for item in free]))
     tell(f"{len(names)} channels, {sum(e.windows for e in experiments)} + {sum(e.windows for e in held)} windows, {len(free)} constants")
     state, nominal, refitted = _started(model, experiments, held, frozenset(names), tell)
-    search(state, tell)
+    faults = _beside_model(nominal, names, tell)
+    if not any(fault.fatal for fault in faults):
+        search(state, tell)
+    problems += faults
     return _concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], settings, tell)
 
 
@@ -88,6 +92,19 @@ def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
         place = f"{fatal[0].where}: {fatal[0].channel}" if fatal[0].channel else fatal[0].where
         raise LogError(fatal[0].what + more, where=place, next_step="No verdict about the plant can be given from this log.")
     return problems
+
+
+def _beside_model(nominal: Sequence[Evaluation], names: list[str], tell: Tell) -> list[DataProblem]:
+    """Faults of the data that show beside the simulation of the hold-out."""
+    faults = against_model(nominal, names)
+    for fault in faults:
+        tell(f"{'data problem' if fault.fatal else 'warning'}: {fault.text()}")
+    return faults
+
+
+def _data_verdict(problems: Sequence[DataProblem]) -> Verdict | None:
+    fatal = [problem.text() for problem in problems if problem.fatal]
+    return Verdict("data_problem", f"Nothing is said about the plant: {'; '.join(fatal)}", False) if fatal else None
 
 
 def _repeat(log: Measured) -> DataProblem:
@@ -148,7 +165,7 @@ def _concluded(
     tell: Tell,
 ) -> Found:
     before, refit = mean_cost(nominal), mean_cost(refitted)
-    draft = verdict(state, before, refit, state.cost)
+    draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
     tell("confidence intervals")
     half_width = confidence(state.current, state.costs)
     widths = _widths(state, half_width)
@@ -156,7 +173,7 @@ def _concluded(
     text = _text(loaded, state, draft, lean, widths, before)
     final = _rerun(loaded, text, state)
     after = mean_cost(final)
-    word = verdict(state, before, refit, after)
+    word = _data_verdict(problems) or verdict(state, before, refit, after)
     places = localise(nominal, names, state.first_screening, loaded.rig)
     if state.screening is None or state.steps:
         state.screening = state.screening or screen(state.current, state.costs, candidates(loaded.rig, state.channels), tell)
@@ -205,7 +222,7 @@ def _leanest(state: Search, half_width: Array, tell: Tell) -> Model:
 
 
 def _text(loaded: LoadedRig, state: Search, draft: Verdict, lean: Model, widths: dict[str, float], before: float) -> str:
-    if draft.word == "no_gap" or (draft.word == "unknown" and not state.steps):
+    if draft.word in ("no_gap", "data_problem") or (draft.word == "unknown" and not state.steps):
         return loaded.text
     grade = "confirmed" if draft.confirmed else "tentative"
     remark = f"longreach gap find, {grade}: hold-out {before:.4g} to {state.cost:.4g} noise floors"

@@ -162,6 +162,9 @@ def _from_own_constants(state: Search, start: Fit) -> Fit:
     theta = np.array([free.start if free.prior else value for free, value in zip(model.free, model.theta, strict=True)])
     plain = model.with_theta(theta)
     numbers = effects(plain)
+    if not numbers:  # the sign of a sensor has nothing to fit
+        now = tuple(evaluate(e, plain, state.costs) for e in state.experiments)
+        return Fit(plain, now, start.jacobian, start.columns, start.objective)
     smaller = plain.restricted(numbers)
     known = [e.projection for e in start.evaluations]
     done = fit(smaller, state.experiments, state.costs, range(len(numbers)), None, STEPS, known)
