@@ -11,8 +11,8 @@ import pytest
 from config.load import load_rig, rig_from_text
 from config.rig import Rig
 from gap.channel_check import DataProblem
-from gap.find import search_gap
 from gap.evaluation import evaluate
+from gap.find import search_gap
 from gap.measured import on_grid
 from gap.model import Model
 from gap.model_check import against_model
