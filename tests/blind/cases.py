@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -26,7 +26,7 @@ FORMS = (
 )  # of friction, by turns; see docs/blind.md
 SIZES = Path(__file__).with_name("smallest_visible.json")
 
-# One place of each effect; None: no size to scale. bulk_modulus_temperature needs hours of warming up, no log of half a minute shows it.
+# One place of each effect. bulk_modulus_temperature needs hours of warming up, no log of half a minute shows it.
 PLACES: Sequence[tuple[str, str]] = (
     ("coulomb_friction", "rotary"), ("stiction", "prismatic"), ("viscous_friction", "rotary"), ("asymmetric_friction", "prismatic"),
     ("pressure_friction", "rotary"), ("backlash", "rotary"), ("inertia_error", "rotary"), ("gravity", "rotary"),
@@ -38,8 +38,13 @@ PLACES: Sequence[tuple[str, str]] = (
     ("sensor_offset", "sensor:tip.deflection"), ("sensor_quantization", "sensor:prismatic.position"),
     ("sensor_polarity", "sensor:tip.deflection"),
 )  # fmt: skip
-UNSIZED = {"sensor_polarity": -1.0}
-STIFFEST_N_M2 = 35567.5  # once the size of a bending link: ten times the rig's stiffness
+# Sizes that no single number scales: values at 1, 3 and 10 times.
+BY_HAND: Mapping[str, Mapping[float, float]] = {
+    "sensor_polarity": {1.0: -1.0, 3.0: -1.0, 10.0: -1.0},
+    "valve_saturation": {1.0: 0.42, 3.0: 0.35, 10.0: 0.2},  # of the full opening; the logs ask for 0.6
+    "sensor_quantization": {1.0: 25e-6, 3.0: 75e-6, 10.0: 250e-6},  # m; the sensor's own step is 25 µm
+    "link_flexibility": {1.0: 35567.5, 3.0: 11856.0, 10.0: 3556.75},  # N m²; ten times is the rig's own link
+}
 # Effects that the poor maneuver (one joint, one kind of motion) can hardly tell from their look-alikes.
 POOR = (
     (("coulomb_friction", "rotary"), "strokes"), (("valve_deadband", "rotary"), "strokes"), (("valve_lag", "rotary"), "stairs"),
@@ -115,10 +120,8 @@ def _seed(draw: np.random.Generator) -> int:
 
 def _hidden(place: tuple[str, str], multiple: float, draw: np.random.Generator, known: dict[tuple[str, str], Size]) -> Hidden:
     effect, where = place
-    if effect in UNSIZED:
-        return Hidden(effect, where, UNSIZED[effect])
-    if effect == "link_flexibility":
-        return Hidden(effect, where, STIFFEST_N_M2 / multiple)
+    if effect in BY_HAND:
+        return Hidden(effect, where, BY_HAND[effect][multiple])
     size = known[place]
     side = float(draw.choice([-1, 1])) if effect in TWO_SIDED else 1.0
     return Hidden(effect, where, size.value(multiple, side))

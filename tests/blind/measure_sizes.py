@@ -1,92 +1,94 @@
-"""Writes smallest_visible.json: what the finder itself says it could just have seen, on effect-free logs of development seeds.
+"""Writes smallest_visible.json: what counts as one size of each effect in a study.
 
-One multiple in a study is one such size. An effect that the rig file has is taken out of file and hidden machine alike.
+Where the rig file lacks the effect: GATE times what the search says it could just have seen on an effect-free log of a development
+seed (LuGre friction, exact constants). That claim is a statistical limit; to be accepted an effect must be worth 0.02 noise floors and
+more, which is a few to ten times that size. Where the rig file has it: a tenth of its own value, so that ten sizes are the file without
+its entry.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from blind.cases import FIT, HOLDOUT, PLACES, RIG, SIZES, UNSIZED, Case
-from blind.one_case import finder_digest, rig_text
+from blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES
+from blind.one_case import finder_digest
 from blind.truth.effects import EFFECTS
 from blind.truth.friction import BRISTLE
-from blind.truth.session import Hidden, Setting, record
-from config.load import load_rig, rig_from_text
+from blind.truth.session import Setting, record
+from config.load import load_rig
 from gap.candidates import candidates
-from gap.executor import each, executor
 from gap.find import find
 from gap.settings import Settings
 
 DEVELOPMENT_SEED = 900_100
+GATE = 10.0
 Place = tuple[str, str]
 
 
-def groups() -> list[list[Place]]:
-    """Places looked at together: all that the rig file does not have, and each that it has alone."""
+def wanted() -> tuple[list[Place], list[Place]]:
+    """Places of effects that the rig file does not have, and of those it has."""
     plant = load_rig(RIG).rig.plant
     assert plant is not None
     present = {(entry.effect, entry.where) for entry in plant.effects}
-    wanted = [place for place in PLACES if place[0] not in (*UNSIZED, "link_flexibility")]
-    return [[p for p in wanted if p not in present], *[[p] for p in wanted if p in present]]
+    sized = [place for place in PLACES if place[0] not in BY_HAND]
+    return [p for p in sized if p not in present], [p for p in sized if p in present]
 
 
-def measured(task: tuple[int, list[Place]]) -> list[dict[str, Any]]:
-    """Sizes of one group of places."""
-    number, places = task
+def claimed(places: Sequence[Place]) -> list[dict[str, Any]]:
+    """What the search says it could just have seen on an effect-free log."""
     rig = load_rig(RIG).rig
-    plant = rig.plant
-    assert plant is not None
-    present = {(entry.effect, entry.where) for entry in plant.effects}
-    removed = tuple(p for p in places if p in present)
-    hidden = tuple(Hidden(e, w, stiff_or_absent(e)) for e, w in removed)
-    setting = Setting(DEVELOPMENT_SEED + number, hidden, False, BRISTLE)
-    case = Case("", "development", setting, removed, 0.0, FIT, HOLDOUT)
+    setting = Setting(DEVELOPMENT_SEED, (), False, BRISTLE)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "rig.yaml").write_text(rig_text(case))
         for take, (kinds, duration_s) in enumerate((FIT, HOLDOUT)):
             record(rig, setting, kinds, duration_s, take, folder / f"{take}.csv")
         logs = [folder / "0.csv"], [folder / "1.csv"]
-        content = find(folder / "rig.yaml", *logs, folder / "out", lambda line: None, Settings(propose=False)).content
-    return [_row(item, rig_text(case)) for item in content["not_seen"] if (item["effect"], item["where"]) in places]
+        content = find(RIG, *logs, folder / "out", lambda line: None, Settings(propose=False)).content
+    visible = {(item["effect"], item["where"]): item["smallest_visible"] for item in content["not_seen"]}
+    return [from_claim(place, visible[place]) for place in places]
 
 
-def stiff_or_absent(effect: str) -> float:
-    """Value with which an effect of the rig file is as good as absent in the hidden machine."""
-    return 1e5 if effect == "link_flexibility" else 0.0
-
-
-def _row(item: dict[str, Any], text: str) -> dict[str, Any]:
-    rig = rig_from_text(text)
+def from_claim(place: Place, visible: float) -> dict[str, Any]:
+    """One multiple: GATE claims, at most a tenth of the plausible range."""
+    rig = load_rig(RIG).rig
     assert rig.plant is not None
-    found = next(c for c in candidates(rig, frozenset(rig.plant.sensors)) if (c.effect, c.where) == (item["effect"], item["where"]))
+    found = next(c for c in candidates(rig, frozenset(rig.plant.sensors)) if (c.effect, c.where) == place)
     free = found.free[0]
-    first = next(iter(EFFECTS[item["effect"]]))
     side = -1.0 if found.starts[0][0] < free.start else 1.0
-    limit = (free.start - free.low) if side < 0 else (free.high - free.start)
-    visible = item["smallest_visible"]
+    limit = 0.9 * ((free.start - free.low) if side < 0 else (free.high - free.start))
+    one = side * min(GATE * abs(visible), 0.1 * limit)
+    return _size(place, one, free.start, limit) | {"claimed": visible}
+
+
+def own(place: Place) -> dict[str, Any]:
+    """One multiple: a tenth of the rig file's own value."""
+    plant = load_rig(RIG).rig.plant
+    assert plant is not None
+    entry = next(e for e in plant.effects if (e.effect, e.where) == place)
+    value = float(entry.model_dump()[next(iter(EFFECTS[place[0]]))])
+    return _size(place, 0.1 * value, 0.0, value)
+
+
+def _size(place: Place, visible: float, neutral: float, limit: float) -> dict[str, Any]:
+    parameter = next(iter(EFFECTS[place[0]]))
     return {
-        "effect": item["effect"], "where": item["where"], "parameter": first, "visible": side * visible if visible else None,
-        "neutral": free.start, "limit": 0.9 * limit,
-    }  # fmt: skip
+        "effect": place[0],
+        "where": place[1],
+        "parameter": parameter,
+        "visible": float(f"{visible:.4g}"),
+        "neutral": neutral,
+        "limit": limit,
+    }
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--workers", type=int, default=1)
-    arguments = parser.parse_args()
-    rows: list[dict[str, Any]] = []
-    tasks = list(enumerate(groups()))
-    with executor(arguments.workers) as pool:
-        for number, found in each(pool, measured, tasks):
-            rows += found
-            print(number, tasks[number][1], [r["visible"] for r in found], file=sys.stderr, flush=True)
+    missing, present = wanted()
+    rows = [*claimed(missing), *(own(place) for place in present)]
     rows.sort(key=lambda r: (r["effect"], r["where"]))
     SIZES.write_text(json.dumps({"finder": finder_digest(), "seed": DEVELOPMENT_SEED, "sizes": rows}, indent=1) + "\n")
     return 0
