@@ -12,6 +12,7 @@ from gap.measured import Array
 BOUND = 3.0  # own standard deviations of a window beyond which it only says "much better": no single window decides
 EVEN = 0.05  # of the mean excess: windows in which both models stay below it hold none of the gap and have no vote …
 LARGE_GAP = 2.0  # … where the gap is larger than this many noise floors
+EXACT = 1e-6  # noise floors: a quantised signal at rest is predicted exactly
 LEAST_TELLING = 6  # windows that must be left, for others to be left out
 
 
@@ -29,7 +30,7 @@ def paired_t(before: Sequence[Evaluation], after: Sequence[Evaluation]) -> float
     voting = [np.maximum(a.window_costs, b.window_costs) > level for a, b in zip(before, after, strict=True)]
     if sum(int(v.sum()) for v in voting) < LEAST_TELLING:
         voting = [np.ones_like(v) for v in voting]
-    ratios = [np.log(a.window_costs / b.window_costs) / window_sd(a) for a, b in zip(before, after, strict=True)]
+    ratios = [np.log((a.window_costs + EXACT) / (b.window_costs + EXACT)) / window_sd(a) for a, b in zip(before, after, strict=True)]
     gains = [np.clip(r[v], -BOUND, BOUND) for r, v in zip(ratios, voting, strict=True)]
     kept = np.abs(np.concatenate(gains)) > 1 / BOUND
     if kept.sum() >= LEAST_TELLING:
