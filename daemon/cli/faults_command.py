@@ -42,14 +42,15 @@ def register(commands: Any) -> None:
 def _faults(arguments: argparse.Namespace) -> int:
     from daemon.faults import kept, matrix, report  # here, because the simulation would slow down every other command
     from daemon.faults.fault import Where
+    from daemon.faults.process_bench import ProcessBench
     from daemon.faults.twin_bench import TwinBench
 
     trials = matrix.QUICK_TRIALS if arguments.quick else arguments.trials
     slow = arguments.slow_trials or (1 if arguments.quick else matrix.SLOW_TRIALS)
     numbers = {Where.LOOP: trials, Where.PROCESSES: slow, Where.TWIN: slow}
     rows = []
-    with TwinBench() as bench:
-        chosen = _chosen(matrix.all_faults(bench), arguments)
+    with ProcessBench() as processes, TwinBench() as twin:
+        chosen = _chosen(matrix.all_faults(processes, twin), arguments)
         before = kept.read(arguments.keep) if arguments.keep else {}
         for row in matrix.run_matrix(chosen, numbers, arguments.median, before):
             rows.append(row)

@@ -8,12 +8,11 @@ from __future__ import annotations
 from contextlib import suppress
 
 from config.errors import DaemonError
-from daemon.faults.daemon_process import wait_for
+from daemon.faults.daemon_process import hold, wait_for
 from daemon.protocol import Client
 from sim_backend.twin.control_socket import TwinControl
 
 PROOF_LIMIT_S = 20.0  # with second tries: a machine that stands still in a proof makes it fail
-ARMING_LIMIT_S = 10.0
 
 
 def commission(client: Client, twin: TwinControl) -> None:
@@ -24,14 +23,7 @@ def commission(client: Client, twin: TwinControl) -> None:
         wait_for(lambda: _proven(client), PROOF_LIMIT_S)
     finally:
         twin.clear("plant")
-    hold(client, ARMING_LIMIT_S)
-
-
-def hold(client: Client, limit_s: float) -> None:
-    """Reset, arm, and wait until the arm is held; arming is refused until every device has given its first good sample."""
-    client.call("reset")
-    wait_for(lambda: _armed(client), limit_s)
-    wait_for(lambda: client.call("status")["mode"] == "holding", limit_s)
+    hold(client)
 
 
 def _proven(client: Client) -> bool:
@@ -40,11 +32,4 @@ def _proven(client: Client) -> bool:
         client.call("reset")
     with suppress(DaemonError):
         return bool(client.call("prove", countdown_s=0.0)["good"])
-    return False
-
-
-def _armed(client: Client) -> bool:
-    with suppress(DaemonError):
-        client.call("arm")
-        return True
     return False

@@ -20,13 +20,12 @@ from drivers.output_register import OutputRegister
 
 START_LIMIT_S = 120.0
 LOOK_S = 0.01
-# A shared computer makes the loop late now and then, which is a fault of its own; and the arm must move longer than a fault takes.
+# A shared computer makes the loop late now and then, which is a fault of its own.
 PATIENCE = ("loop.overruns.stop_after=1000", "loop.countdown=0 s")
-LONG_MOVE = {"maneuver": {"name": "jog"}, "parameters": {"by": "80 deg", "speed": "20 deg/s"}, "countdown_s": 0.0}
 
 
 class DaemonProcess:
-    """longreachd in `directory`. Use it in a with statement; whatever is left is killed at its end."""
+    """longreachd in `directory`. Use it in a with statement, or end() it."""
 
     def __init__(
         self,
@@ -88,6 +87,10 @@ class DaemonProcess:
         return self
 
     def __exit__(self, *error: object) -> None:
+        self.end()
+
+    def end(self) -> None:
+        """Whatever is left is killed."""
         for pid in (self._process.pid, *self._children.values()):
             if pid == self._process.pid or _belongs_to_daemon(pid):
                 with suppress(ProcessLookupError):
@@ -95,13 +98,26 @@ class DaemonProcess:
         self._process.wait(10)
 
 
-def move(client: Client) -> None:
-    """Arm, and start a long move. Returns when the arm is at speed."""
-    client.call("reset")
-    wait_for(lambda: _armed(client))  # refused until every device has given its first sample
-    wait_for(lambda: _mode(client) == "holding")
-    client.call("start", **LONG_MOVE)
-    wait_for(lambda: _mode(client) == "running" and client.call("status")["run"]["elapsed_s"] > 0.3)
+def move(client: Client, way_deg: float, speed: str) -> None:
+    """Arm if need be and start a long move of the rotary joint, away from the nearer end. Returns when the arm is at speed.
+
+    DaemonError at a fault on the way, and when arming is refused for too long.
+    """
+    hold(client)
+    position = client.call("status")["joints"]["rotary"]["position"]
+    parameters = {"joint": "rotary", "by": f"{-way_deg if position > 0 else way_deg} deg", "speed": speed}
+    client.call("start", maneuver={"name": "jog"}, parameters=parameters, countdown_s=0.0)
+    wait_for(lambda: _at_speed(client))
+
+
+def hold(client: Client, limit_s: float = 10.0) -> None:
+    """Whatever the mode, the arm is held afterwards; arming is refused until every device has given its first good sample."""
+    mode = _mode(client)
+    if mode == "holding":
+        return
+    client.call("reset" if mode in ("fault", "disarmed") else "disarm")
+    wait_for(lambda: _armed(client), limit_s)
+    wait_for(lambda: _mode(client) == "holding", limit_s)
 
 
 def wait_for(condition: Callable[[], Any], limit_s: float = 10.0) -> None:
@@ -117,6 +133,13 @@ def _armed(client: Client) -> bool:
         client.call("arm")
         return True
     return False
+
+
+def _at_speed(client: Client) -> bool:
+    status = client.call("status")
+    if status["mode"] == "fault":
+        raise DaemonError("a fault that nobody injected", value=str(status["fault"]))
+    return bool(status["mode"] == "running" and status["run"]["elapsed_s"] > 0.3)
 
 
 def _mode(client: Client) -> str:

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from config.errors import LongreachError
 from daemon.faults.fault import NEVER_MS, Fault, Row, Trial, Where
 from daemon.faults.loop_faults import loop_faults
+from daemon.faults.process_bench import ProcessBench
 from daemon.faults.process_faults import process_faults
 from daemon.faults.sensor_faults import sensor_faults
 from daemon.faults.twin_bench import TwinBench
@@ -19,9 +20,9 @@ QUICK_TRIALS = 2
 SLOW_TRIALS = 5  # on the wall clock, seconds each
 
 
-def all_faults(bench: TwinBench) -> tuple[Fault, ...]:
-    """Every fault there is; those in the twin are injected through `bench`."""
-    return (*sensor_faults(), *loop_faults(), *process_faults(), *twin_faults(bench))
+def all_faults(processes: ProcessBench, twin: TwinBench) -> tuple[Fault, ...]:
+    """Every fault there is; the benches make the trials that need more than the loop."""
+    return (*sensor_faults(), *loop_faults(), *process_faults(processes), *twin_faults(twin))
 
 
 def run_matrix(

@@ -1,12 +1,17 @@
-"""One trial of a fault of whole processes: a real daemon on the wall clock, the arm in motion, and this process looking at the valves."""
+"""One trial of a fault of whole processes: a real daemon on the wall clock, the arm in motion, and this process looking at the valves.
+
+A daemon that is as good as new after a trial serves the next one too: starting one takes seconds.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
+from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
@@ -20,7 +25,8 @@ from recording.reader import read_log
 
 LOOK_S = 0.0002
 INJECTION_LIMIT_S = 10.0
-KEPT_MS = {Until.SAFE: 150.0, Until.REST: 300.0, Until.RENEWED: 3000.0}
+KEPT_MS = {Until.SAFE: 150.0, Until.REST: 300.0, Until.RENEWED: 1000.0}
+SPEED, WAY_DEG = "20 deg/s", 80
 
 
 @dataclass(slots=True)
@@ -30,6 +36,7 @@ class Stage:
     daemon: DaemonProcess
     client: Client
     directory: Path
+    told: str = ""  # by the injection, for the reaction
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,54 +54,115 @@ Inject = Callable[[Stage], None]
 After = Callable[[Stage], str]
 
 
-def process_trial(
-    inject: Inject, until: Until, longest_ms: float, after: After | None = None, setting: Setting | None = None
-) -> Callable[[Random, Path], Trial]:
-    """`after` looks, once the time is measured, whether it stays so, and gives the reaction; left out, the daemon's events give it."""
-    chosen = setting or Setting()
+class ProcessBench:
+    """The daemon of the trials that want the ordinary one and leave it whole. Use it in a with statement."""
 
+    def __init__(self) -> None:
+        self._stage: Stage | None = None
+        self._place = TemporaryDirectory(prefix="longreach-processes-")
+        self._started = 0
+
+    def __enter__(self) -> ProcessBench:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.end()
+        self._place.cleanup()
+
+    def moving(self) -> Stage:
+        """The arm in motion. DaemonError when it does not come to that, with a new daemon either."""
+        with suppress(LongreachError, OSError):
+            return self._moving()
+        self.end()
+        return self._moving()
+
+    def end(self) -> None:
+        """The next trial gets a new daemon."""
+        stage, self._stage = self._stage, None
+        if stage:
+            stage.client.close()
+            stage.daemon.end()
+
+    def _moving(self) -> Stage:
+        if self._stage is None:
+            self._started += 1
+            directory = Path(self._place.name) / str(self._started)
+            directory.mkdir()
+            daemon = DaemonProcess(directory)
+            self._stage = Stage(daemon, daemon.connect(), directory)
+        move(self._stage.client, WAY_DEG, SPEED)
+        return self._stage
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """How a trial goes, besides its injection. `after` looks, once the time is measured, whether it stays so, and gives the reaction.
+
+    `whole`: the daemon is as good as new afterwards. `setting`: a daemon of its own, started in another way.
+    """
+
+    until: Until
+    longest_ms: float
+    after: After
+    whole: bool = False
+    setting: Setting | None = None
+
+
+def process_trial(bench: ProcessBench, inject: Inject, course: Course) -> Callable[[Random, Path], Trial]:
     def run(chance: Random, directory: Path) -> Trial:
+        if course.setting:
+            return _with_own_daemon(inject, course, course.setting, chance, directory)
         try:
-            return _trial(inject, until, longest_ms, after or told_by_daemon, chosen, chance, directory)
-        finally:
-            if chosen.release:
-                chosen.release(directory)
+            trial = _trial(bench.moving(), inject, course, chance)
+        except BaseException:
+            bench.end()
+            raise
+        if not course.whole:
+            bench.end()
+        return trial
 
     return run
 
 
-def _trial(inject: Inject, until: Until, longest_ms: float, after: After, setting: Setting, chance: Random, directory: Path) -> Trial:
+def _with_own_daemon(inject: Inject, course: Course, setting: Setting, chance: Random, directory: Path) -> Trial:
     environment = setting.environment(directory) if setting.environment else None
     log_dir = setting.log_dir(directory) if setting.log_dir else None
     text = setting.text() if setting.text else None
-    with DaemonProcess(directory, setting.overrides, text, environment, log_dir) as daemon, daemon.connect() as client:
-        stage = Stage(daemon, client, directory)
-        move(client)
-        begin = time.monotonic() + 0.3 * chance.random()
-        while time.monotonic() < begin:
-            time.sleep(LOOK_S)
-        register = daemon.register()
-        watch = RegisterWatch(register, time.monotonic_ns())
-        injection = Thread(target=inject, args=(stage,), daemon=True)  # looking must not wait for what takes long to inject
-        injection.start()
-        _watch(watch, until, longest_ms)
-        injection.join(INJECTION_LIMIT_S)
-        times = {Until.SAFE: watch.safe_after_ms, Until.REST: watch.rest_after_ms, Until.RENEWED: watch.longest_pause_ms}
-        reaction = ("device time-out; " if watch.timed_out else "") + after(stage)
-        if until is Until.SAFE and register.effective(time.monotonic_ns()) != register.safe_values:
-            reaction = f"outputs act again: {reaction}"
-        return Trial(times[until], reaction)
+    try:
+        with DaemonProcess(directory, setting.overrides, text, environment, log_dir) as daemon, daemon.connect() as client:
+            move(client, WAY_DEG, SPEED)
+            return _trial(Stage(daemon, client, directory), inject, course, chance)
+    finally:
+        if setting.release:
+            setting.release(directory)
 
 
-def _watch(watch: RegisterWatch, until: Until, longest_ms: float) -> None:
+def _trial(stage: Stage, inject: Inject, course: Course, chance: Random) -> Trial:
+    begin = time.monotonic() + 0.3 * chance.random()
+    while time.monotonic() < begin:
+        time.sleep(LOOK_S)
+    until, register = course.until, stage.daemon.register()
+    watch = RegisterWatch(register, time.monotonic_ns())
+    injection = Thread(target=inject, args=(stage,), daemon=True)  # looking must not wait for what takes long to inject
+    injection.start()
+    _watch(watch, course, injection)
+    injection.join(INJECTION_LIMIT_S)
+    times = {Until.SAFE: watch.safe_after_ms, Until.REST: watch.rest_after_ms, Until.RENEWED: watch.longest_pause_ms}
+    reaction = ("device time-out; " if watch.timed_out else "") + course.after(stage)
+    if until is Until.SAFE and register.effective(time.monotonic_ns()) != register.safe_values:
+        reaction = f"outputs act again: {reaction}"
+    return Trial(times[until], reaction)
+
+
+def _watch(watch: RegisterWatch, course: Course, injection: Thread) -> None:
     started_ns = now_ns = time.monotonic_ns()
-    while (now_ns - started_ns) * 1e-6 < longest_ms:
+    while (now_ns - started_ns) * 1e-6 < course.longest_ms or injection.is_alive():
         now_ns = time.monotonic_ns()
         watch.look(now_ns)
-        kept = {Until.SAFE: watch.safe_for_ms, Until.REST: watch.rest_for_ms}.get(until)
-        if kept and kept(now_ns) >= KEPT_MS[until]:
+        kept = {Until.SAFE: watch.safe_for_ms, Until.REST: watch.rest_for_ms}.get(course.until)
+        if kept and kept(now_ns) >= KEPT_MS[course.until]:
             return
-        if until is Until.RENEWED and (now_ns - started_ns) * 1e-6 >= KEPT_MS[until]:
+        if not kept and (now_ns - started_ns) * 1e-6 >= KEPT_MS[course.until] and not injection.is_alive():
             return
         time.sleep(LOOK_S)
 

@@ -6,8 +6,9 @@ import random
 import socket
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from math import ceil
 from signal import SIGCONT, SIGKILL, SIGSTOP, SIGTERM
 
@@ -18,7 +19,7 @@ from daemon.faults.daemon_process import wait_for
 from daemon.faults.fault import Fault, Until, Where
 from daemon.faults.lockstep_bench import loaded_rig
 from daemon.faults.loop_faults import device_limit_ms
-from daemon.faults.process_bench import After, Inject, Setting, Stage, process_trial, told_by_daemon, told_by_log
+from daemon.faults.process_bench import After, Course, Inject, ProcessBench, Setting, Stage, process_trial, told_by_daemon, told_by_log
 from daemon.faults.sensor_faults import STOP_MS
 from daemon.interlocks import RECORDER_AGE_LIMIT_S, SUPERVISOR_AGE_LIMIT_S
 from daemon.protocol import MAX_LINE_BYTES
@@ -30,36 +31,44 @@ END_LIMIT_S = 12.0
 GOES_ON = "none: the run goes on"
 
 
-def process_faults() -> Iterator[Fault]:
-    yield from _deaths()
-    yield from _silences()
-    yield from _io_faults()
-    yield from _disk_faults()
-    yield from _intruders()
-    yield from _requests()
+Make = Callable[..., Fault]
+
+
+def process_faults(bench: ProcessBench) -> Iterator[Fault]:
+    make = partial(_fault, bench)
+    yield from _deaths(make)
+    yield from _silences(make)
+    yield from _io_faults(make)
+    yield from _disk_faults(make)
+    yield from _intruders(make)
+    yield from _requests(make)
 
 
 def _fault(
+    bench: ProcessBench,
     name: str,
     group: str,
     expected: str,
     until: Until,
     limit_ms: float,
     inject: Inject,
-    after: After | None = None,
-    where: Setting | None = None,
+    after: After = told_by_daemon,
+    *,
+    whole: bool = False,
+    setting: Setting | None = None,
     impossible: str = "",
 ) -> Fault:
-    run = process_trial(inject, until, ceil(2.0 * limit_ms) + 1000.0, after, where)
+    course = Course(until, ceil(2.0 * limit_ms) + 1000.0, after, whole, setting)
+    run = process_trial(bench, inject, course)
     return Fault(name, group, expected, until, limit_ms, run, where=Where.PROCESSES, impossible=impossible)
 
 
-def _deaths() -> Iterator[Fault]:
+def _deaths(make: Make) -> Iterator[Fault]:
     safe, device = Until.SAFE, device_limit_ms()
     timed_out = "device time-out; the daemon ends with status 1"
-    yield _fault("control SIGKILLed", "process", timed_out, safe, device, _send(SIGKILL, "control"), _ended)
-    yield _fault("recorder SIGKILLed", "process", "controlled stop: recorder lost", safe, STOP_MS, _send(SIGKILL, "recorder"))
-    yield _fault(
+    yield make("control SIGKILLed", "process", timed_out, safe, device, _send(SIGKILL, "control"), _ended)
+    yield make("recorder SIGKILLed", "process", "controlled stop: recorder lost", safe, STOP_MS, _send(SIGKILL, "recorder"))
+    yield make(
         "supervisor SIGKILLed",
         "process",
         "controlled stop: the daemon ends; then disarmed",
@@ -69,29 +78,33 @@ def _deaths() -> Iterator[Fault]:
         _left_alone,
     )
     everybody = _send(SIGKILL, "supervisor", "recorder", "control")
-    yield _fault("all processes SIGKILLed", "process", "device time-out", safe, device, everybody, lambda stage: "nobody is left")
+    yield make("all processes SIGKILLed", "process", "device time-out", safe, device, everybody, lambda stage: "nobody is left")
 
 
-def _silences() -> Iterator[Fault]:
+def _silences(make: Make) -> Iterator[Fault]:
     stall = "device time-out; fault: loop stall"
-    yield _fault("control SIGSTOPped", "process", stall, Until.SAFE, device_limit_ms(), _send(SIGSTOP, "control"), _continued("control"))
+    yield make(
+        "control SIGSTOPped", "process", stall, Until.SAFE, device_limit_ms(), _send(SIGSTOP, "control"), _continued("control"), whole=True
+    )
     limit_ms = RECORDER_AGE_LIMIT_S * 1e3 + STOP_MS
     silent = "controlled stop: recorder silent"
-    yield _fault("recorder SIGSTOPped", "process", silent, Until.SAFE, limit_ms, _send(SIGSTOP, "recorder"))
+    yield make("recorder SIGSTOPped", "process", silent, Until.SAFE, limit_ms, _send(SIGSTOP, "recorder"))
     limit_ms = SUPERVISOR_AGE_LIMIT_S * 1e3 + STOP_MS
     alone = "controlled stop: supervisor alive"
-    yield _fault("supervisor SIGSTOPped", "process", alone, Until.REST, limit_ms, _send(SIGSTOP, "supervisor"), _continued("supervisor"))
+    yield make(
+        "supervisor SIGSTOPped", "process", alone, Until.REST, limit_ms, _send(SIGSTOP, "supervisor"), _continued("supervisor"), whole=True
+    )
     patience_ms = loaded_rig().rig.loop.overruns.fault_late_s * 1e3
-    yield _fault("control stopped for 20 ms", "process", GOES_ON, Until.RENEWED, patience_ms, _pause_control)
+    yield make("control stopped for 20 ms", "process", GOES_ON, Until.RENEWED, patience_ms, _pause_control, whole=True)
 
 
-def _io_faults() -> Iterator[Fault]:
+def _io_faults(make: Make) -> Iterator[Fault]:
     limit_ms, where = SLOW_AGE_S * 1e3 + ASKED_MS, Setting(text=_rig_with_slow_device)
     for name, number in (("io SIGKILLed", SIGKILL), ("io SIGSTOPped", SIGSTOP)):
-        yield _fault(name, "process", "fault: reservoir_temperature age", Until.SAFE, limit_ms, _send(number, "io"), None, where)
+        yield make(name, "process", "fault: reservoir_temperature age", Until.SAFE, limit_ms, _send(number, "io"), setting=where)
 
 
-def _disk_faults() -> Iterator[Fault]:
+def _disk_faults(make: Make) -> Iterator[Fault]:
     def where(least_MB: int) -> Setting:
         overrides = (f"interlocks.disk_free_min={least_MB} MB",)
         return Setting(overrides, log_dir=small_disk.mounted, release=small_disk.unmount)
@@ -101,28 +114,28 @@ def _disk_faults() -> Iterator[Fault]:
     full_ms, nearly_ms = RECORDER_AGE_LIMIT_S * 1e3 + STOP_MS, LOOK_MS + STOP_MS
     little = "controlled stop: disk space"
     few, full = (lambda stage: small_disk.fill(stage.directory, 8)), (lambda stage: small_disk.fill(stage.directory, 0))
-    yield _fault("disk nearly full", "disk", little, Until.REST, nearly_ms, few, None, nearly, no_disk)
+    yield make("disk nearly full", "disk", little, Until.REST, nearly_ms, few, setting=nearly, impossible=no_disk)
     lost = "controlled stop: recorder"
-    yield _fault("disk full", "disk", lost, Until.SAFE, full_ms, full, None, where(0), no_disk)
+    yield make("disk full", "disk", lost, Until.SAFE, full_ms, full, setting=where(0), impossible=no_disk)
 
 
-def _intruders() -> Iterator[Fault]:
+def _intruders(make: Make) -> Iterator[Fault]:
     patience_ms, renewed = loaded_rig().rig.loop.overruns.fault_late_s * 1e3, Until.RENEWED
     second = "the second is refused with status 1; none: the run goes on"
-    yield _fault("two daemons on one rig", "intruder", second, renewed, patience_ms, lambda stage: None, _second_daemon)
-    yield _fault("garbage on the socket", "intruder", GOES_ON, renewed, patience_ms, _garbage)
+    yield make("two daemons on one rig", "intruder", second, renewed, patience_ms, _start_second, _second_told, whole=True)
+    yield make("garbage on the socket", "intruder", GOES_ON, renewed, patience_ms, _garbage, whole=True)
     stepped = Setting(environment=clock_step.environment)
     for name, seconds in (("wall clock stepped back an hour", -3600), ("wall clock stepped on a day", 86400)):
-        yield _fault(name, "intruder", GOES_ON, renewed, patience_ms, _step_clock(seconds), None, stepped)
+        yield make(name, "intruder", GOES_ON, renewed, patience_ms, _step_clock(seconds), setting=stepped)
 
 
-def _requests() -> Iterator[Fault]:
+def _requests(make: Make) -> Iterator[Fault]:
     ended = "the daemon ends with status 0"
-    yield _fault("e-stop over the socket", "request", "fault: e-stop", Until.SAFE, ASKED_MS, _ask("estop"))
-    yield _fault("disarm over the socket", "request", "disarmed", Until.SAFE, ASKED_MS, _ask("disarm"))
-    yield _fault("stop over the socket", "request", "controlled stop", Until.REST, STOP_MS, _ask("stop"))
-    yield _fault("SIGTERM", "request", ended, Until.SAFE, STOP_MS, _send(SIGTERM, "supervisor"), _ended)
-    yield _fault("SIGTERM twice", "request", ended, Until.SAFE, ASKED_MS, _terminate_twice, _ended)
+    yield make("e-stop over the socket", "request", "fault: e-stop", Until.SAFE, ASKED_MS, _ask("estop"), whole=True)
+    yield make("disarm over the socket", "request", "disarmed", Until.SAFE, ASKED_MS, _ask("disarm"), whole=True)
+    yield make("stop over the socket", "request", "controlled stop", Until.REST, STOP_MS, _ask("stop"), whole=True)
+    yield make("SIGTERM", "request", ended, Until.SAFE, STOP_MS, _send(SIGTERM, "supervisor"), _ended)
+    yield make("SIGTERM twice", "request", ended, Until.SAFE, ASKED_MS, _terminate_twice, _ended)
 
 
 def _send(number: int, *names: str) -> Inject:
@@ -190,9 +203,13 @@ def _continued(name: str) -> After:
     return after
 
 
-def _second_daemon(stage: Stage) -> str:
+def _start_second(stage: Stage) -> None:
     second = subprocess.run(stage.daemon.command, capture_output=True, timeout=60, check=False)
-    return f"the second is refused with status {second.returncode}; {told_by_daemon(stage)}"
+    stage.told = f"the second is refused with status {second.returncode}"
+
+
+def _second_told(stage: Stage) -> str:
+    return f"{stage.told}; {told_by_daemon(stage)}"
 
 
 def _rig_with_slow_device() -> str:

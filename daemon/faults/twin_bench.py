@@ -17,8 +17,8 @@ from typing import Any
 
 from config.errors import DaemonError, LongreachError, PlantError
 from daemon.faults import send_failure
-from daemon.faults.commissioning import commission, hold
-from daemon.faults.daemon_process import DaemonProcess, wait_for
+from daemon.faults.commissioning import commission
+from daemon.faults.daemon_process import DaemonProcess, hold, move
 from daemon.faults.fault import NEVER_MS, Trial, Until
 from daemon.faults.lockstep_bench import reaction_event, short
 from daemon.faults.twin_process import TwinProcess, late_frames, multicast_rig
@@ -96,7 +96,7 @@ class TwinBench:
         for tries in range(_TRIES):
             try:
                 self._hold()
-                self._move()
+                move(self.client, WAY_DEG, SPEED)
                 time.sleep(0.2 * chance.random())
                 self._told = self.client.call("events")["last"]
                 if self.client.call("status")["mode"] == "running":
@@ -121,7 +121,7 @@ class TwinBench:
             client.close()
         daemon, self._daemon = self._daemon, None
         if daemon:
-            daemon.__exit__()
+            daemon.end()
 
     def _hold(self) -> None:
         """Twin without faults, daemon holding the arm."""
@@ -134,11 +134,7 @@ class TwinBench:
             self._start_daemon()
             return
         send_failure.switch(self._directory, is_full=False)
-        mode = self.client.call("status")["mode"]
-        if mode in ("running", "stopping"):
-            self.client.call("disarm")
-        if mode != "holding":
-            hold(self.client, _REARM_LIMIT_S)
+        hold(self.client, _REARM_LIMIT_S)
 
     def _start_daemon(self) -> None:
         assert self._namespace is not None
@@ -149,18 +145,6 @@ class TwinBench:
         self._daemon = DaemonProcess(self._directory, text=self._rig, environment=environment, prefix=self._namespace.prefix)
         self._client = self._daemon.connect()
         commission(self._client, self.twin)
-
-    def _move(self) -> None:
-        by_deg = -WAY_DEG if self.client.call("status")["joints"]["rotary"]["position"] > 0 else WAY_DEG
-        parameters = {"joint": "rotary", "by": f"{by_deg} deg", "speed": SPEED}
-        self.client.call("start", maneuver={"name": "jog"}, parameters=parameters, countdown_s=0.0)
-        wait_for(self._at_speed)
-
-    def _at_speed(self) -> bool:
-        status = self.client.call("status")
-        if status["mode"] == "fault":
-            raise DaemonError("a fault that nobody injected", value=str(status["fault"]))
-        return bool(status["mode"] == "running" and status["run"]["elapsed_s"] > 0.3)
 
     @property
     def _rig(self) -> str:

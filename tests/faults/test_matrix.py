@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
@@ -14,10 +15,12 @@ from daemon.faults import kept
 from daemon.faults.fault import INFERRED_MS, NEVER_MS, SEEN_MS, Fault, Row, Trial, Until, Where
 from daemon.faults.lockstep_bench import Scene, lockstep_trial
 from daemon.faults.matrix import all_faults, run_matrix
+from daemon.faults.process_bench import ProcessBench
 from daemon.faults.report import page
 from daemon.faults.twin_bench import TwinBench
 
-FAULTS = all_faults(TwinBench())
+PROCESSES = ProcessBench()
+FAULTS = all_faults(PROCESSES, TwinBench())
 LOCKSTEP = [fault for fault in FAULTS if fault.where is Where.LOOP]
 PROCESS = [fault for fault in FAULTS if fault.where is Where.PROCESSES]
 
@@ -72,7 +75,7 @@ def test_a_row_is_ok_only_when_all_trials_react_as_expected_in_time() -> None:
     assert not never.ok
     assert never.as_dict()["time_to_safe_ms"]["worst"] is None
     text = page([Row(fault, [good]), Row(fault, [slow])], "longreach faults")
-    assert "1 of 2 do not: x." in text
+    assert "1 of 2 do not end as they must: x." in text
     assert "| x | loop | fault: x | outputs safe | 2.0 | 2.0 | 20 | 1 | ok |" in text
 
 
@@ -129,8 +132,14 @@ def test_twenty_trials_of_every_fault_that_the_loop_sees(fault: Fault) -> None:
     assert row.ok, row.as_dict()
 
 
+@pytest.fixture(scope="module")
+def processes() -> Iterator[None]:
+    with PROCESSES:
+        yield
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", PROCESS, ids=lambda fault: fault.name)
-def test_every_fault_of_processes_ends_as_it_must(fault: Fault) -> None:
+def test_every_fault_of_processes_ends_as_it_must(processes: None, fault: Fault) -> None:
     row = row_of(fault, 1)
     assert row.ok, row.as_dict()
