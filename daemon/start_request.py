@@ -29,10 +29,10 @@ def start_run(rig: Rig, number: int, params: Mapping[str, Any], position: Sequen
     unknown = sorted(set(params) - _KEYS)
     if unknown:
         raise DaemonError("unknown parameter of start", value=", ".join(unknown), limit=", ".join(sorted(_KEYS)))
-    text, name = _with_parameters(*_maneuver_text(params.get("maneuver")), params.get("parameters") or {})
+    content, text = requested_maneuver(params.get("maneuver"), params.get("parameters") or {})
     request = RunRequest(
         run=number,
-        maneuver=maneuver_content(maneuver_from_text(text, name)),
+        maneuver=content,
         shaper=_typed(params, "shaper", dict, {"kind": "none"}),
         repeat=_typed(params, "repeat", int, 1),
         start_position=[float(value) for value in position],
@@ -42,6 +42,12 @@ def start_run(rig: Rig, number: int, params: Mapping[str, Any], position: Sequen
     if not 0.0 <= countdown_s <= 60.0:
         raise DaemonError("countdown out of range", value=countdown_s, limit="0 to 60", unit="s")
     return StartRun(plan_run(rig, request), request.as_json(), text, float(countdown_s))
+
+
+def requested_maneuver(maneuver: Any, parameters: Any) -> tuple[dict[str, Any], str]:
+    """Content (as in a run's request) and text of the maneuver that `maneuver` and `parameters` of a start ask for."""
+    text, name = _with_parameters(*_maneuver_text(maneuver), parameters)
+    return maneuver_content(maneuver_from_text(text, name)), text
 
 
 def _maneuver_text(maneuver: Any) -> tuple[str, str]:

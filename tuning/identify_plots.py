@@ -152,5 +152,7 @@ def _response_line(response: Response) -> str:
     if response.fit is None:
         return f"{head}; too few lines for a fit"
     values, sure = response.fit.values, response.fit.uncertainty
-    numbers = ", ".join(f"{name} {values[name]:.4g} ± {100 * sure[name]:.0f} %" for name in ("gain", "damping", "stiffness"))
+    named = {"velocity gain": (response.fit.velocity_gain, sure["velocity_gain"])}
+    named |= {name: (values[name], sure[name]) for name in ("gain", "damping", "stiffness")}
+    numbers = ", ".join(f"{name} {value:.4g} ± {100 * share:.0f} %" for name, (value, share) in named.items())
     return f"{head}; {numbers}; fit within {response.fit.worst_dB:.1f} dB, {response.fit.worst_deg:.0f} degrees"

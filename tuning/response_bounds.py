@@ -34,10 +34,11 @@ class Bounds:
 
 
 def bounds(responses: Sequence[FrequencyResponse]) -> list[Bounds]:
-    """One entry for every condition that was varied alone about the first response's conditions, and one over all (`all`)."""
-    by_source = [response for response in responses if response.source == responses[0].source] if responses else []
-    found = [_bounds(name, [each for each in by_source if _alone(each, by_source[0], name)]) for name in VARIED]
-    return [each for each in (*found, _bounds("all", by_source)) if each is not None and each.count > 1]
+    """One entry for every condition that was varied alone, and one over all (`all`); multisines where there are any, else sweeps."""
+    best = [each for each in responses if each.source == "multisine"] or list(responses)
+    groups = [(name, max(([each for each in best if _alone(each, base, name)] for base in best), key=len, default=[])) for name in VARIED]
+    found = [_bounds(name, group) for name, group in (*groups, ("all", best))]
+    return [each for each in found if each is not None and each.count > 1]
 
 
 def _alone(response: FrequencyResponse, base: FrequencyResponse, varied: str) -> bool:

@@ -18,14 +18,21 @@ from tuning.transfer import EQ4, Complexes, Floats, TransferFunction
 
 LEAST_SIGMA = 0.005  # no response is believed better than this
 START = (log(EQ4.numerator[0] * pi / 180.0), log(140.0), log(6150.0))  # Eq 4 in radians per volt
-LINK_START = (1.5, 0.05, 0.05)  # ω_p/ω_z and the two damping ratios
+LINK_START = (0.97, 0.02, 0.1)  # ω_p/ω_z and the two damping ratios
+# What a hydraulic joint can be: without limits the fit takes the joint's poles for the link's. Factors either side for gain, damping and
+# stiffness; the antiresonance within 15 % of what the link's constants say. (A hydraulic joint is nearly a source of velocity: the
+# resonance lies close to the antiresonance, often a little below it, not where it would be with a free hub.)
+JOINT_FACTORS, ZERO_SHARE = (30.0, 10.0, 10.0), 0.15
+LINK_LIMITS = ((0.7, 4.0), (1e-3, 0.3), (1e-3, 1.0))
+LARGEST_SIGMA = 0.3  # a line that is known less well says nothing
 NAMES, LINK_NAMES = ("gain", "damping", "stiffness"), ("antiresonance_Hz", "resonance_ratio", "antiresonance_damping", "resonance_damping")
 
 
 @dataclass(frozen=True, slots=True)
 class JointFit:
     """K in rad (or m) per V·s³, a in 1/s, b in 1/s², by name in `values`, with two standard deviations in `uncertainty` (relative);
-    with the link also its four numbers. Errors left: largest over the band, in dB and degrees; `velocity_gain` = K/b per V·s."""
+    with the link also its four numbers. `velocity_gain` = K/b (per V·s) is known better than the three: they compensate each other.
+    Errors left: largest over the band, in dB and degrees."""
 
     values: dict[str, float]
     uncertainty: dict[str, float]
@@ -46,31 +53,43 @@ def fit_joint(response: FrequencyResponse, clamped_Hz: float | None = None, band
 
     `clamped_Hz`: where the link's antiresonance is expected; None: Eq 4 alone. LogError for fewer lines than parameters.
     """
-    used = (response.frequencies_Hz >= band_Hz[0]) & (response.frequencies_Hz <= band_Hz[1]) & np.isfinite(np.abs(response.response))
+    used = (response.frequencies_Hz >= band_Hz[0]) & (response.frequencies_Hz <= band_Hz[1]) & (response.sigma < LARGEST_SIGMA)
     omega, measured = 2.0 * pi * response.frequencies_Hz[used], response.response[used]
     start = [*START, *([log(clamped_Hz), *np.log(LINK_START)] if clamped_Hz is not None else [])]
     if 2 * len(omega) < len(start) + 2:
         raise LogError("too few lines for the fit", value=len(omega), limit=len(start) // 2 + 2, where=f"response of {response.source}")
     weight = 1.0 / np.maximum(response.sigma[used], LEAST_SIGMA)
     guess = np.array(start)
-    guess[0] += float(np.mean(np.log(np.abs(measured) / np.abs(_model(guess, omega)))))
+    guess[0] += float(np.median(np.log(np.abs(measured) / np.abs(_model(guess, omega)))))
 
     def misfit(parameters: Floats) -> Floats:
         error = np.log(measured / _model(parameters, omega))
         return np.concatenate([weight * error.real, weight * error.imag])
 
-    best = least_squares(misfit, guess, loss="soft_l1", f_scale=3.0)
+    best = least_squares(misfit, guess, bounds=_limits(guess), loss="soft_l1", f_scale=3.0)
     left = np.log(measured / _model(best.x, omega))
     scatter = float(np.sum(misfit(best.x) ** 2)) / max(1, 2 * len(omega) - len(guess))
-    deviation = 2.0 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(best.jac.T @ best.jac)), 0.0) * max(1.0, scatter))
+    covariance = np.linalg.pinv(best.jac.T @ best.jac) * max(1.0, scatter)
+    deviation = 2.0 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    ratio = covariance[0, 0] + covariance[2, 2] - 2.0 * covariance[0, 2]
     names = (*NAMES, *(LINK_NAMES if clamped_Hz is not None else ()))
     return JointFit(
         dict(zip(names, np.exp(best.x).tolist(), strict=True)),
-        dict(zip(names, deviation.tolist(), strict=True)),
+        {**dict(zip(names, deviation.tolist(), strict=True)), "velocity_gain": 2.0 * float(np.sqrt(max(ratio, 0.0)))},
         float(np.max(np.abs(left.real))) * 20.0 / log(10.0),
         degrees(float(np.max(np.abs(left.imag)))),
         clamped_Hz is not None,
     )
+
+
+def _limits(guess: Floats) -> tuple[Floats, Floats]:
+    """Lower and upper limits of the logarithms."""
+    spans = [(-log(factor), log(factor)) for factor in JOINT_FACTORS]
+    limits = [(middle + low, middle + high) for middle, (low, high) in zip(guess[:3], spans, strict=True)]
+    if len(guess) > 3:
+        limits += [(guess[3] + log(1.0 - ZERO_SHARE), guess[3] + log(1.0 + ZERO_SHARE)), *((log(a), log(b)) for a, b in LINK_LIMITS)]
+    low, high = np.array(limits).T
+    return low, high
 
 
 def _model(parameters: Floats, omega: Floats) -> Complexes:

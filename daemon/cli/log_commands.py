@@ -76,8 +76,12 @@ def _say(arguments: argparse.Namespace, answer: dict[str, Any], text: str) -> No
 
 
 def _info(arguments: argparse.Namespace) -> int:
-    info = describe(read_log(arguments.log))
-    _say(arguments, dataclasses.asdict(info), info.text())
+    from tuning.shaped_moves import shaped_moves  # scipy is only loaded for this verb
+
+    log = read_log(arguments.log)
+    info, shaped = describe(log), shaped_moves(log)
+    answer = {**dataclasses.asdict(info), "shaped_moves": [dataclasses.asdict(move) for move in shaped]}
+    _say(arguments, answer, "\n".join([info.text(), *(f"  {move.text()}" for move in shaped)]))
     return 0
 
 

@@ -24,6 +24,7 @@ from daemon.cli import (
     paper_command,
     prove_command,
     replay_command,
+    shape_command,
     status_commands,
     twin_command,
 )
@@ -52,6 +53,7 @@ def build_parser() -> argparse.ArgumentParser:
         paper_command,
         gap_command,
         identify_command,
+        shape_command,
         twin_command,
         faults_command,
     ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ from rich.live import Live
 from config.errors import DaemonError
 from daemon.cli.check_table import console
 from daemon.cli.connection import add_json_option, ask, connect, show
+from daemon.cli.run_result import moves_of_run
 from daemon.cli.shaper_option import SHAPERS, shaper_request
 from daemon.cli.status_commands import status_view
 
@@ -32,7 +34,9 @@ def register(commands: Any) -> None:
     start.add_argument("--repeat", type=int, default=1, metavar="N", help="run the program N times (default 1)")
     start.add_argument("--approach", action="store_true", help="first move slowly to where the maneuver starts")
     start.add_argument("--countdown", type=float, metavar="S", help="seconds of announcement (default: the rig's)")
-    start.add_argument("--wait", action="store_true", help="wait until the run has ended; exit 1 when it is invalid")
+    start.add_argument(
+        "--wait", action="store_true", help="wait until the run has ended and say what vibration is left; exit 1 when it is invalid"
+    )
     add_json_option(start)
     start.set_defaults(run_command=_start)
 
@@ -76,11 +80,12 @@ def _request(arguments: argparse.Namespace, joints: list[str]) -> dict[str, Any]
 def _wait(arguments: argparse.Namespace, client: Any, run: dict[str, Any]) -> int:
     if arguments.json:
         result = wait_for(client, run["run"])
-        print(json.dumps(result))
+        print(json.dumps({**result, "shaped_moves": [dataclasses.asdict(move) for move in moves_of_run(result)]}))
     else:
         with Live(console=console(), refresh_per_second=10) as live:
             result = wait_for(client, run["run"], lambda status: live.update(status_view(status)))
         print(f"run {run['run']}: {result['validity']}" + (f", because {result['reason']}" if result.get("reason") else ""))
+        print("".join(f"  {move.text()}\n" for move in moves_of_run(result)), end="")
     return 0 if result["validity"] == "valid" else 1
 
 

@@ -1,0 +1,83 @@
+"""`shape`: which command filter for these moves, from the rig's (or an identified) map of the link."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from config.identified import with_identified
+from config.load import LoadedRig, apply_overrides, load_rig, rig_from_text
+from config.units import to_si
+from daemon.cli.check_table import console
+from daemon.cli.connection import add_json_option
+from daemon.cli.motion_commands import maneuver_text
+from daemon.cli.progress import teller
+from daemon.cli.shaper_option import shaper_request
+from daemon.start_request import requested_maneuver
+
+
+def register(commands: Any) -> None:
+    summary = "recommend a command filter for given moves: residual vibration over a frequency error, and time cost, of every filter"
+    parser = commands.add_parser("shape", help=summary, description=summary)
+    parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
+    parser.add_argument("--maneuver", action="append", metavar="NAME", help="maneuver or file; may be repeated (default paper_line)")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the maneuvers, e.g. --set y0='30 in'")
+    parser.add_argument("--record", type=Path, metavar="RECORD.yaml", help="use this calibration record's link instead of the rig file's")
+    parser.add_argument("--error", type=float, default=10.0, metavar="PERCENT", help="range of the frequency error (default ±10)")
+    parser.add_argument("--allowed", default="0.1 m/s^2", help="vibration allowed in the holds (default %(default)s)")
+    parser.add_argument("--focal", default="mid", help="of fixed filters: initial, final, mid or a number in Hz (default mid)")
+    parser.add_argument("--both-joints", action="store_true", help="filter both joints, so that the line stays straight")
+    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="draw residual over error")
+    add_json_option(parser)
+    parser.set_defaults(run_command=_shape)
+
+
+def _shape(arguments: argparse.Namespace) -> int:
+    from tuning.shape_plot import shape_plot  # matplotlib is only loaded for this command
+    from tuning.shape_recommendation import recommend
+
+    rig = _loaded(arguments).rig
+    shaper = shaper_request(argparse.Namespace(**{**vars(arguments), "shaper": "none", "delay": None}), list(rig.joints))
+    maneuvers = [requested_maneuver(maneuver_text(name), arguments.set)[0] for name in arguments.maneuver or ["paper_line"]]
+    errors = tuple(arguments.error / 100.0 * share for share in (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0))
+    found = recommend(rig, maneuvers, shaper, to_si(arguments.allowed, "m/s^2"), errors, teller(arguments.json))
+    if arguments.output:
+        shape_plot(found, arguments.output)
+    if arguments.json:
+        rows = [{**dataclasses.asdict(each), "worst_dB": found.decibels(each)} for each in found.candidates if not each.refused]
+        refused = {each.kind: each.refused for each in found.candidates if each.refused}
+        answer = {"chosen": found.chosen, "why": found.why, "errors": found.errors, "allowed_mps2": found.allowed_mps2}
+        print(json.dumps({**answer, "filters": rows, "refused": refused}))
+        return 0
+    console().print(_table(found))
+    print(f"{found.why}\nlongreach start MANEUVER --shaper {found.chosen}")
+    return 0
+
+
+def _loaded(arguments: argparse.Namespace) -> LoadedRig:
+    loaded = load_rig(arguments.rig)
+    if arguments.record is None:
+        return loaded
+    text = apply_overrides(loaded.text, [f"identified={{record: {json.dumps(str(arguments.record.absolute()))}}}"])
+    text = with_identified(text, Path(loaded.path))
+    return LoadedRig(rig_from_text(text, loaded.path), text, loaded.path)
+
+
+def _table(found: Any) -> Table:
+    percent = 100.0 * found.errors[-1]
+    title = f"vibration left 1.0 s after the moves on ideal joints, m/s², and worst within ±{percent:g} % of the frequency"
+    table = Table(title=title, title_justify="left", header_style="bold")
+    for heading in ("filter", "no error", "worst", "worst, dB", "later, s", ""):
+        table.add_column(heading, justify="left" if heading in ("filter", "") else "right")
+    for each in found.candidates:
+        numbers = [f"{value:.{digits}f}" if isfinite(value) else "-" for value, digits in ((each.nominal_mps2, 3), (each.worst_mps2, 3))]
+        level = "-" if each.refused else f"{found.decibels(each):+.1f}"
+        late = f"{each.late_s:.2f}" if isfinite(each.late_s) else "-"
+        table.add_row(each.kind, *numbers, level, late, "recommended" if each.kind == found.chosen else each.refused)
+    return table

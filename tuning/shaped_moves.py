@@ -1,0 +1,82 @@
+"""Predicted against measured, for every shaped move of a log: vibration left, and how much later than planned the arm arrives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from config.errors import LogError, LongreachError
+from config.rig import Rig
+from control.planning import plan_run
+from control.run_plan import RunPlan
+from control.run_request import RunRequest
+from control.signals import Mode
+from recording.reader import Log, open_rig
+from recording.spectrum import without_gaps
+from recording.vibration import HoldVibration, hold_vibration
+from tuning.shape_prediction import lateness, predicted
+
+ERRORS = (-0.10, -0.05, 0.0, 0.05, 0.10)
+
+
+@dataclass(frozen=True, slots=True)
+class ShapedMove:
+    """One move. Vibration (m/s²) 1.0 s after its planned end: measured by the tip accelerometer; predicted on ideal joints with the
+    believed frequency, and the worst within ±10 % of it. Lateness (s): of the measured joints, and of the planned references."""
+
+    run: int
+    shaper: str
+    move: str
+    measured_mps2: float
+    predicted_mps2: float
+    predicted_worst_mps2: float
+    measured_late_s: float
+    predicted_late_s: float
+
+    def text(self) -> str:
+        return (
+            f"run {self.run}, {self.move}, {self.shaper}: vibration {self.measured_mps2:.3f} m/s² measured, {self.predicted_mps2:.3f} "
+            f"predicted (up to {self.predicted_worst_mps2:.3f} within ±10 % of the frequency); {self.measured_late_s:.2f} s later than "
+            f"planned measured, {self.predicted_late_s:.2f} s predicted"
+        )
+
+
+def shaped_moves(log: Log, runs: Sequence[int] | None = None) -> list[ShapedMove]:
+    """Of every run with a command filter (or of `runs` alone). Empty where nothing was shaped or the tip was not measured."""
+    try:
+        rig, holds = open_rig(log), hold_vibration(log)
+    except LogError:
+        return []
+    wanted = [number for number in dict.fromkeys(hold.run for hold in holds) if runs is None or number in runs]
+    return [move for number in wanted for move in _of_run(log, rig, number, [hold for hold in holds if hold.run == number])]
+
+
+def _of_run(log: Log, rig: Rig, number: int, holds: Sequence[HoldVibration]) -> list[ShapedMove]:
+    request = RunRequest.from_json(log.attachments[f"run-{number}.json"])
+    if request.shaper.get("kind", "none") == "none":
+        return []
+    try:
+        plan = plan_run(rig, request)
+        expected = predicted(rig, plan, ERRORS)
+    except LongreachError:  # the rig file of a what-if, or a run without a move that can be judged
+        return []
+    place = {move: n for n, move in enumerate(expected.moves)}
+    nominal = ERRORS.index(0.0)
+    return [
+        ShapedMove(
+            number, plan.shaper.kind, hold.move, hold.amplitude_mps2,
+            float(expected.residual_mps2[place[hold.move], nominal]), float(np.max(expected.residual_mps2[place[hold.move]])),
+            _late(log, rig, plan, number, hold.move), float(expected.late_s[place[hold.move]]),
+        )
+        for hold in holds if hold.move in place
+    ]  # fmt: skip
+
+
+def _late(log: Log, rig: Rig, plan: RunPlan, number: int, move: str) -> float:
+    rows = (log.columns["maneuver"] == number) & (log.columns["mode"] == Mode.RUNNING)
+    names = list(rig.joints)
+    position = np.column_stack([without_gaps(np.asarray(log.columns[f"{joint}.position"][rows], dtype=np.float64)) for joint in names])
+    end_s = next(segment.end_s for segment in plan.segments if segment.name == move)
+    return lateness(position, end_s, 1.0 / rig.loop.rate_Hz, names)
