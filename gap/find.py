@@ -40,6 +40,7 @@ from gap.screen import screen
 from gap.select import Search, search
 from gap.settings import Settings
 from gap.strata import chosen
+from gap.temperatures import warmings
 from gap.trial import FLOOR
 from gap.verdict import Verdict, channel_rms, confidence, verdict
 from gap.windows import Experiment, default_window_s, prepare, remembering, some, velocities
@@ -192,10 +193,20 @@ def _concluded(
         "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),
         "next_maneuver": next_of(loaded, state, word, tell) if settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
+        "temperatures": _temperatures(state, lean, tell),
     }
     found = [finding(state, step, lean, widths, word) for step in state.steps]
     content = document(word, places, found, parts, logs)
     return Found(loaded, names, state, nominal, refitted, final, half_width, word, places, problems, text, content)
+
+
+def _temperatures(state: Search, lean: Model, tell: Tell) -> list[dict[str, object]]:
+    """How the oil warms up beside the simulation with the file that is written, hold-out logs only."""
+    found = warmings(state.holdouts, lean.vector(), lean.rig)
+    for warming in found:
+        if not warming.agrees:
+            tell(f"temperature: {warming.text()}")
+    return [warming.as_dict() for warming in found]
 
 
 def _widths(state: Search, half_width: Array) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from recording.table import read_table
 
 Array = NDArray[np.float64]
 
-_FIELD_UNITS = {"pressure": ("_Pa", "Pa"), "acceleration": ("_mps2", "m/s^2"), "deflection": ("_m", "m")}
+_FIELD_UNITS = {"temperature": ("_C", "degC"), "pressure": ("_Pa", "Pa"), "acceleration": ("_mps2", "m/s^2"), "deflection": ("_m", "m")}
 _TABLES = (".csv", ".txt", ".tsv")
 BRIDGED_ROWS = 3  # lost rows in a row over which a straight line is drawn; the plant moves on its own in longer gaps
 MOST_MISSING = 0.5  # share of the grid without a row, above which the rate itself is in doubt
@@ -52,6 +52,7 @@ class Measured:
     jitter_s: float
     backwards: int
     oil_C: float | None = None  # reservoir at the log's start, where it was measured
+    temperatures: Mapping[str, Channel] = field(default_factory=dict)  # slower than a window, so compared over whole logs
 
     @property
     def rows(self) -> int:
@@ -110,8 +111,10 @@ def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> 
     commands = np.column_stack([_command(path, columns, rig, joint, keep, place, rows) for joint in rig.joints])
     jitter = float(np.max(np.abs((t - t[0] - index * period)[keep])))
     grid: Array = float(t[0]) + period * np.arange(rows, dtype=np.float64)
-    channels = _channels(columns, rig, keep, place, rows)
-    return Measured(path, sha256, grid, period, commands, channels, missing, jitter, int((steps <= 0).sum()), _oil(columns))
+    found = _channels(columns, rig, keep, place, rows)
+    channels = {name: channel for name, channel in found.items() if "temperature" not in name}
+    warm = {name: channel for name, channel in found.items() if "temperature" in name}
+    return Measured(path, sha256, grid, period, commands, channels, missing, jitter, int((steps <= 0).sum()), _oil(columns), warm)
 
 
 def _times(path: Path, columns: Mapping[str, Array]) -> Array:
@@ -174,12 +177,12 @@ def _oil(columns: Mapping[str, Array]) -> float | None:
 
 
 def _channels(columns: Mapping[str, Array], rig: Rig, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int) -> dict[str, Channel]:
-    """Every fitted signal of the log that the plant has a sensor for; temperatures are slower than a window and left out."""
+    """Every fitted signal of the log that the plant has a sensor for."""
     units = {field.name: field.unit for field in CycleLayout.of_rig(rig).fields}
     found: dict[str, Channel] = {}
     for signal in rig.plant.sensors if rig.plant else ():
         name, _ = field_of(signal)
-        if "temperature" in signal or name not in columns or not np.any(np.isfinite(columns[name])):
+        if name not in columns or not np.any(np.isfinite(columns[name])):
             continue
         values = np.full(rows, np.nan)
         values[place] = columns[name][keep]

@@ -152,7 +152,7 @@ def remembering(experiment: Experiment, p: Vector) -> Experiment:
         return experiment
     entries = experiment.plan.entries
     rows = np.union1d(experiment.whole.starts, entries[entries >= 0])
-    p = _warmed(experiment, p)
+    p = warmed(experiment, p)
     _, kept = carry(experiment.start, p, replace(experiment.whole, starts=rows, rows=1, every=1), keep=True)
     states = np.zeros((experiment.windows, kept.shape[1]))
     states[entries >= 0] = kept[np.searchsorted(rows, entries[entries >= 0])]
@@ -178,7 +178,7 @@ def residual(experiment: Experiment, readings: Array) -> Array:
 
 def marginalised(experiment: Experiment, p: Vector) -> Projection:
     """The projection that takes out each window's unknown initial state, linearised at the parameters `p`."""
-    p = _warmed(experiment, p)
+    p = warmed(experiment, p)
     base, kept = _carried(experiment, p, slice(0, experiment.windows), keep=True)
     states = start_states(p, experiment)
     with ThreadPoolExecutor(experiment.workers) as pool:
@@ -223,7 +223,7 @@ def _parts(experiment: Experiment, p: Vector, vectors: int) -> list[slice]:
 
 
 def _readings(experiment: Experiment, p: Vector, part: slice) -> Array:
-    readings, _ = _carried(experiment, _warmed(experiment, p), part)
+    readings, _ = _carried(experiment, warmed(experiment, p), part)
     return readings[:, :, experiment.columns]
 
 
@@ -247,7 +247,8 @@ def _remembers_alike(p: Vector, other: Vector) -> bool:
     return bool(np.array_equal(p[numbers], other[numbers]))
 
 
-def _warmed(experiment: Experiment, p: Vector) -> Vector:
+def warmed(experiment: Experiment, p: Vector) -> Vector:
+    """The parameters with the oil as warm as this log found it."""
     warm = p.copy()
     warm[C.INITIAL_TEMPERATURE] += experiment.warmer_K
     return warm
