@@ -34,12 +34,16 @@ MS = 1_000_000
 class Scene:
     """What a fault may lay its hands on. `joint` is the one that moves."""
 
-    def __init__(self, rig: LockstepRig, device: FaultyDevice, chance: Random) -> None:
-        self.rig, self.device, self.chance = rig, device, chance
+    def __init__(self, rig: LockstepRig, device: FaultyDevice, chance: Random, watch: RegisterWatch) -> None:
+        self.rig, self.device, self.chance, self._watch = rig, device, chance, watch
 
     def stall(self, length_ms: float) -> None:
-        """The loop does not get on for this long: the clock moves on."""
-        self.rig.clock.wait_until(self.rig.clock.now_ns() + round(length_ms * MS))
+        """The loop does not get on for this long: the clock moves on, and the valves' own time-out with it."""
+        clock = self.rig.clock
+        end_ns = clock.now_ns() + round(length_ms * MS)
+        while clock.now_ns() < end_ns:
+            clock.wait_until(min(clock.now_ns() + MS, end_ns))
+            self._watch.look(clock.now_ns())
 
 
 Inject = Callable[[Scene], None]
@@ -70,10 +74,10 @@ def _trial(inject: Inject, until: Until, joint: str, chance: Random, directory: 
         rig.arm()
         rig.start({"maneuver": {"name": "jog"}, "parameters": MOVES[joint]})
         rig.cycles(chance.randint(*BEFORE_CYCLES))
-        scene, told = Scene(rig, made[0], chance), len(rig.events)
+        told = len(rig.events)
         injected_ns = rig.clock.now_ns() + round(chance.random() * 1e9 / rig.rig.loop.rate_Hz)  # between two cycles
         watch = RegisterWatch(OutputRegister.attach(path), injected_ns)
-        inject(scene)
+        inject(Scene(rig, made[0], chance, watch))
         _watch(rig, watch, until, injected_ns)
         made[0].before.clear()
         return _judged(watch, until, rig.events[told:], rig.clock.start_ns, injected_ns)
