@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import struct
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from types import TracebackType
+from typing import TypeVar
 
 import can
 import canopen
@@ -23,6 +24,7 @@ _PDO_OFF = 1 << 31
 _COB_ID_MASK = 0xBFFFFFFF  # bit 30 (no remote frames) is the device's own business
 _LISTEN_S = 0.02
 _PDOS = 4
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,16 +104,13 @@ class NodeSetup:
     def read(self, index: int, sub: int, form: str) -> int:
         """The value of an object of this form."""
         try:
-            data = self._node.sdo.upload(index, sub)
-            return int(struct.unpack(form, data[: struct.calcsize(form)])[0])
+            data = self._exchange(index, sub, lambda: self._node.sdo.upload(index, sub))
         except canopen.SdoAbortedError as error:
             raise self._error(f"refused to read {self._object(index, sub)}", str(error)) from error
-        except canopen.SdoCommunicationError as error:
-            raise self._silent(index, sub) from error
-        except struct.error as error:
-            raise self._error(
-                f"{self._object(index, sub)} has the wrong size", f"{len(data)} bytes", f"{struct.calcsize(form)} bytes"
-            ) from error
+        size = struct.calcsize(form)
+        if len(data) < size:
+            raise self._error(f"{self._object(index, sub)} has the wrong size", f"{len(data)} bytes", f"{size} bytes")
+        return int(struct.unpack(form, data[:size])[0])
 
     def switch_off_other_pdos(self, used: Sequence[tuple[bool, int]]) -> None:
         """Every PDO the node has besides those `used` (receive, number) goes off: it would take time of the bus that is not budgeted."""
@@ -140,24 +139,33 @@ class NodeSetup:
         self._node.nmt.state = "PRE-OPERATIONAL"
 
     def _download(self, setting: Setting) -> None:
+        index, sub, data = setting.index, setting.sub, struct.pack(setting.form, setting.value)
         try:
-            self._node.sdo.download(setting.index, setting.sub, struct.pack(setting.form, setting.value))
+            self._exchange(index, sub, lambda: self._node.sdo.download(index, sub, data))
         except canopen.SdoAbortedError as error:
-            what = f"refused {_number(setting.value)} for {self._object(setting.index, setting.sub)} ({setting.what})"
+            what = f"refused {_number(setting.value)} for {self._object(index, sub)} ({setting.what})"
             raise self._error(what, str(error)) from error
-        except canopen.SdoCommunicationError as error:
-            raise self._silent(setting.index, setting.sub) from error
 
     def _has(self, index: int, sub: int) -> bool:
         try:
-            self._node.sdo.upload(index, sub)
+            self._exchange(index, sub, lambda: self._node.sdo.upload(index, sub))
         except canopen.SdoAbortedError as error:
             if error.code in (NO_SUCH_OBJECT, NO_SUCH_SUB_INDEX):
                 return False
             raise self._error(f"refused to read {self._object(index, sub)}", str(error)) from error
+        return True
+
+    def _exchange(self, index: int, sub: int, transfer: Callable[[], T]) -> T:
+        """What the transfer gives. Raises SdoAbortedError when the node refuses, DriverError when it is silent or talks nonsense."""
+        try:
+            return transfer()
+        except canopen.SdoAbortedError:
+            raise
         except canopen.SdoCommunicationError as error:
             raise self._silent(index, sub) from error
-        return True
+        except Exception as error:  # the package unpacks whatever stands in an answer
+            what = f"the answer about {self._object(index, sub)} cannot be read"
+            raise self._error(what, f"{type(error).__name__}: {error}", next_step="Is another master talking to the node?") from error
 
     def _object(self, index: int, sub: int) -> str:
         return f"object 0x{index:04X} sub-index {sub}"
