@@ -40,7 +40,10 @@ def test_what_the_loop_sees_is_safe_within_20_ms_unless_a_device_is_silent_or_sl
     timeout_ms = load_rig("ornl_testbed").rig.devices["plant"].timeout_s * 1e3
     inferred = {name for name, limit in slower.items() if limit == INFERRED_MS}
     assert inferred == {"rotary valve cable off", "prismatic valve cable off"}
-    assert max(limit for name, limit in slower.items() if name not in {*inferred, "thermometer late"}) <= timeout_ms + 10.0
+    assert (
+        max(limit for name, limit in slower.items() if name not in {*inferred, "thermometer late", "loop stalled 100 ms"})
+        <= timeout_ms + 10.0
+    )
 
 
 @pytest.mark.parametrize("fault", LOCKSTEP, ids=lambda fault: fault.name)
