@@ -25,14 +25,14 @@ def axis_rig(*without: str) -> Rig:
     return rig_from_text(axis_text(*without))
 
 
-def simulated(rig: Rig, seed: int, duration_s: float = 12.0) -> Columns:
+def simulated(rig: Rig, seed: int, duration_s: float = 12.0, period_s: float = PERIOD_S) -> Columns:
     """Back and forth with a seed's frequencies; stays within the travel."""
-    t = PERIOD_S * np.arange(round(duration_s / PERIOD_S))
+    t = period_s * np.arange(round(duration_s / period_s))
     draw = np.random.default_rng(seed)
     command = 0.09 + sum(draw.uniform(0.9, 1.6) * np.sin(2 * np.pi * f * (t + draw.uniform(0, 3))) for f in draw.uniform(0.7, 2.2, 3))
     plant = SimulatedRig(rig, seed)
     plant.reset([0.12])
-    raw = plant.run(command[:, None], PERIOD_S, sense=True)["raw"]
+    raw = plant.run(command[:, None], period_s, sense=True)["raw"]
     return {"t_s": t, "axis.position": raw[:, 0] * 1e-6, "axis.command_V": command}
 
 
