@@ -82,6 +82,8 @@ def _flat_tops(log: Measured, channel: Channel, good: Array, sensor: Sensor, mov
     if step == 0.0:
         return []
     for extreme in (good.max(), good.min()):
+        if extreme <= sensor.low or extreme >= sensor.high:
+            continue  # where the sensor itself ends, the simulated one ends too
         flat = [(a, n) for a, n in runs(values == extreme) if n >= _FLAT_ROWS and _steep_sides(values, a, n, step)]
         rows = sum(n for _, n in flat)
         if rows > CLIPPED * len(good):
