@@ -159,10 +159,9 @@ class LockstepRig:
             if progress:
                 progress(number, min(run.duration_s, run.elapsed_cycles / self.rig.loop.rate_Hz), run.duration_s)
         self.disarm()
-        path = self.recorder.finished[-1]
-        if run.verdict is not Verdict.VALID:
-            raise DaemonError("the run is not valid", value=run.reason, where=str(path), next_step="See `longreach log info`.")
-        return path
+        if run.verdict is not Verdict.VALID:  # a fault is still recording
+            raise DaemonError("the run is not valid", value=run.reason, where=self.rig.name, next_step="The log ends with what happened.")
+        return self.recorder.finished[-1]
 
     def __enter__(self) -> LockstepRig:
         return self
