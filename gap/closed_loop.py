@@ -33,6 +33,7 @@ class ClosedLoop:
     signals: Mapping[str, Array]
     commands_V: Array
     following_error: Array
+    running: int  # rows of the run itself, at the end
 
 
 def measured_on(rig: Rig, maneuver: str | Mapping[str, Any]) -> Measured:
@@ -69,11 +70,12 @@ def closed_loop(rig: Rig, simulated: SimulatedRig, plan: RunPlan) -> ClosedLoop:
     places = [simulated.channels.index(f"{joint}.position") for joint in rig.joints]
     tip = [simulated.channels.index(name) if name in simulated.channels else -1 for name in ("tip.deflection", "tip.acceleration")]
     rows, commands, errors = [], [], []
-    for cycle, mode in _modes(round(_HOLD_S / period), round(plan.duration_s / period)):
+    running = round(plan.duration_s / period)
+    for cycle, mode in _modes(round(_HOLD_S / period), running):
         reading = np.array(simulated.sense()) * resolutions
         position = tuple(float(reading[k]) for k in places)
         deflection, acceleration = (float(reading[k]) if k >= 0 else float("nan") for k in tip)
-        outputs: Outputs = controller.step(Inputs(cycle, mode, int(mode is Mode.RUNNING), position, deflection, acceleration))
+        outputs: Outputs = controller.step(Inputs(cycle, mode, plan.run if mode is Mode.RUNNING else 0, position, deflection, acceleration))
         command = [joint.command_V for joint in outputs.joints]
         rows.append(reading)
         commands.append(command)
@@ -81,7 +83,7 @@ def closed_loop(rig: Rig, simulated: SimulatedRig, plan: RunPlan) -> ClosedLoop:
         simulated.advance(command, period)
     table = np.array(rows)
     signals = {name: table[:, k] for k, name in enumerate(simulated.channels)}
-    return ClosedLoop(signals, np.array(commands), np.array(errors))
+    return ClosedLoop(signals, np.array(commands), np.array(errors), running)
 
 
 def _modes(holding: int, running: int) -> Iterator[tuple[int, Mode]]:

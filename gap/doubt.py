@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from config.load import LoadedRig
+from gap.look_alikes import look_alikes
 from gap.next_maneuver import NONE, next_maneuver
 from gap.select import Search, Step
 from gap.separation import Rival
@@ -27,9 +28,9 @@ def next_of(loaded: LoadedRig, state: Search, word: Verdict, tell: Tell) -> dict
 
 def doubtful(state: Search, word: Verdict) -> tuple[Rival, Rival] | None:
     """The first effect with look-alikes and the closest of them; without look-alikes, the last tentative one and its runner-up."""
-    unclear = next((step for step in state.steps if step.rivals), None)
+    unclear = next(((step.trial, alike[0]) for step in state.steps if (alike := look_alikes(state, step))), None)
     if unclear is not None:
-        return _rival(unclear.trial), _rival(unclear.rivals[0])
+        return _rival(unclear[0]), _rival(unclear[1])
     if not state.steps or word.confirmed:
         return None
     last = state.steps[-1]

@@ -42,23 +42,38 @@ from gap.settings import Settings
 from gap.strata import chosen
 from gap.temperatures import warmings
 from gap.trial import FLOOR
+from gap.unseen import unseen
 from gap.verdict import Verdict, channel_rms, confidence, verdict
 from gap.windows import Experiment, default_window_s, prepare, remembering, some, velocities
+from tuning.record_file import write_whole
 
 DEFAULTS = Settings()
 ALIKE = 1.03  # ratio of hold-out costs up to which the model with fewer changes is preferred
 Tell = Callable[[str], None]
 
 
-def find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: Path, tell: Tell, settings: Settings = DEFAULTS) -> Found:
-    """Search and write findings.json, rig.yaml and report.html into `out`. LogError (exit 3) for unusable data."""
+def find(
+    rig: Path | str,
+    logs: Sequence[Path],
+    holdouts: Sequence[Path],
+    out: Path,
+    tell: Tell,
+    settings: Settings = DEFAULTS,
+    unused: Sequence[Path] = (),
+) -> Found:
+    """Search and write findings.json, rig.yaml and report.html into `out`. LogError (exit 3) for unusable data.
+
+    `unused`: logs that neither fit nor decide; the result is judged on them too.
+    """
     loaded = load_rig(rig)
     found = search_gap(loaded, [load(p, loaded.rig) for p in logs], [load(p, loaded.rig) for p in holdouts], tell, settings)
+    fresh = unseen(found, unused)
+    found.content["unused_logs"] = [item.as_dict() for item in fresh]
     out.mkdir(parents=True, exist_ok=True)
-    (out / "findings.json").write_text(as_text(found.content))
-    (out / "rig.yaml").write_text(found.improved_text)
+    write_whole(out / "findings.json", as_text(found.content))
+    write_whole(out / "rig.yaml", found.improved_text)
     tell("writing the report")
-    write_report(found, out / "report.html")
+    write_report(found, out / "report.html", fresh)
     return found
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from gap.candidates import Candidate
 from gap.localise import Place
+from gap.look_alikes import look_alikes
 from gap.measured import Array, Measured
 from gap.model import Model
 from gap.model_file import width_key
@@ -27,14 +28,15 @@ def finding(state: Search, step: Step, model: Model, widths: Mapping[str, float]
     free = [(model.free[k], float(model.theta[k])) for k in numbers]
     parameters = {item.key: number(value, widths[width_key(step, item.key)], item.unit) for item, value in free}
     fixed = {name: step.entry.model_dump(by_alias=True).get(name) for name in (() if numbers else REGISTRY[candidate.effect].neutral)}
+    alike = look_alikes(state, step)
     return {
         "effect": candidate.effect,
         "where": candidate.where,
-        "confirmed": verdict.confirmed and not step.rivals,
+        "confirmed": verdict.confirmed and not alike,
         "parameters": parameters | {key: {"value": value, "unit": "", "ci95": [value, value]} for key, value in fixed.items()},
         "holdout_gain": _short(step.trial.gain),
         "t": _short(step.trial.t),
-        "look_alikes": [_look_alike(trial) for trial in step.rivals] + _unfitted_look_alikes(state, step),
+        "look_alikes": [_look_alike(trial) for trial in alike],
         "fingerprint": REGISTRY[candidate.effect].fingerprint,
         "equation": candidate.equation,
     }
@@ -47,15 +49,6 @@ def _look_alike(trial: Trial) -> dict[str, Any]:
     }
     place = {"effect": trial.candidate.effect, "where": trial.candidate.where}
     return place | {"holdout_gain": _short(trial.gain), "t": _short(trial.t), "parameters": fitted}
-
-
-def _unfitted_look_alikes(state: Search, step: Step) -> list[dict[str, Any]]:
-    """Effects whose signature points the same way, and what became of them on the hold-out."""
-    fitted = {(t.candidate.effect, t.candidate.where): t for t in step.others}
-    chosen = step.trial.candidate
-    same = state.first_screening.same_direction(chosen.effect, chosen.where) if state.first_screening and step is state.steps[0] else []
-    known = [fitted[(c.effect, c.where)] for c in same if (c.effect, c.where) in fitted]
-    return [_look_alike(trial) for trial in known if trial.gain >= 0.8 * step.trial.gain]
 
 
 def number(value: float, half_width: float, unit: str) -> dict[str, Any]:

@@ -1,118 +1,156 @@
-"""report.html: one file that shows where the gap was, what closed it, and what could not be seen."""
+"""report.html: one file that shows where the gap was, what closed it, and what could not be seen. Every cost is of the hold-out."""
 
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from config.load import rig_from_text
 from gap import plots
 from gap.found import Found
-from gap.localise import operating_values
-from gap.measured import Array
+from gap.naming_record import how_often_right
+from gap.page import folded, page, paragraph, table
+from gap.replay import replays
+from gap.select import Step
+from gap.shown import fingerprints, stages, telling_channel, unit_of_channel
+from gap.unseen import Unseen
+from tuning.record_file import write_whole
 
-_STYLE = """body{font:15px/1.45 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}
-table{border-collapse:collapse;margin:.5em 0}td,th{border:1px solid #ccc;padding:.25em .6em;text-align:left;font-size:13px}
-pre{background:#f6f6f6;padding:.8em;overflow:auto;font-size:12px}
-.verdict{font-size:1.2em;padding:.6em 1em;background:#eef4ee;border-left:5px solid #1f7a4d}
-.open{background:#fbf1e6;border-color:#d68910}img{max-width:100%}"""
 
-
-def write_report(found: Found, path: Path) -> None:
-    """Write the page; everything it shows is inside it."""
-    parts = [
-        _head(found),
-        _findings(found),
-        _places(found),
-        _pictures(found),
-        _constants(found),
-        _not_seen(found),
-        _diff(found),
-        _inputs(found),
-    ]
-    body = "\n".join(parts)
-    title = escape(f"{found.rig.rig.name}: {found.verdict.word}")
-    head = f'<head><meta charset="utf-8"><title>{title}</title><style>{_STYLE}</style></head>'
-    path.write_text(f'<!doctype html><html lang="en">{head}<body>{body}</body></html>\n')
+def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = ()) -> None:
+    """Write the page."""
+    parts = [_head(found), _findings(found), _next(found), _places(found), _shrink(found), _unseen(unseen), _fingerprints(found),
+             _spectra(found), _replay(found), _constants(found), _not_seen(found), _diff(found), _inputs(found)]  # fmt: skip
+    write_whole(path, page(f"{found.rig.rig.name}: {found.verdict.word}", parts))
 
 
 def _head(found: Found) -> str:
     calm = "" if found.verdict.confirmed else " open"
-    warnings = "".join(f"<p>Data: {escape(problem.text())}</p>" for problem in found.problems)
+    warnings = "".join(paragraph(f"Data: {problem.text()}", "small") for problem in found.problems)
     said = f'<p class="verdict{calm}"><b>{found.verdict.word}</b>: {escape(found.verdict.why)}</p>'
     return f"<h1>Gap report: {escape(found.rig.rig.name)}</h1>{said}{warnings}"
 
 
 def _findings(found: Found) -> str:
-    rows = []
-    for item in found.content["findings"]:
+    rows, notes = [], []
+    for item, step in zip(found.content["findings"], found.state.steps, strict=True):
         values = "; ".join(
             f"{key} = {p['value']} {p['unit']} (95%: {p['ci95'][0]} to {p['ci95'][1]})" for key, p in item["parameters"].items()
         )
         alike = ", ".join(f"{x['effect']} at {x['where']} (gain {x['holdout_gain']})" for x in item["look_alikes"]) or "none"
         grade = "confirmed" if item["confirmed"] else "tentative"
         rows.append([f"{item['effect']} at {item['where']}", grade, item["equation"], values, item["holdout_gain"], item["t"], alike])
+        notes.append(paragraph(f"{item['effect']} at {item['where']}: {item['fingerprint']} {_record(found, step)}"))
     if not rows:
-        return "<h2>Findings</h2><p>No missing effect is named.</p>"
-    sentences = "".join(f"<p>{escape(item['effect'])}: {escape(item['fingerprint'])}</p>" for item in found.content["findings"])
-    return "<h2>Findings</h2>" + _table(["effect", "", "equation", "parameters", "gain", "t", "look-alikes"], rows) + sentences
+        return "<h2>Findings</h2>" + paragraph("No missing effect is named.")
+    return "<h2>Findings</h2>" + table(["effect", "", "equation", "parameters", "gain", "t", "look-alikes"], rows) + "".join(notes)
+
+
+def _record(found: Found, step: Step) -> str:
+    """How often the blind test was right about this effect at this size."""
+    chosen = step.trial.candidate
+    signatures = found.state.first_screening.signatures if found.state.first_screening else ()
+    visible = next((s.smallest_visible for s in signatures if s.candidate.label == chosen.label), 0.0)
+    model = step.trial.fit.model
+    numbers = model.of_effect(model.added[-1])
+    moved = abs(float(model.theta[numbers[0]]) - model.free[numbers[0]].start) if numbers else 0.0
+    return how_often_right(chosen.effect, moved / visible if visible > 0 and moved > 0 else None)
+
+
+def _next(found: Found) -> str:
+    proposal = found.content["next_maneuver"]
+    if not proposal:
+        return ""
+    changes = ", ".join(f"{key}: {value}" for key, value in proposal["parameters"].items())
+    what = f"{proposal['name']} ({changes})" if changes else proposal["name"]
+    return "<h2>Next maneuver</h2>" + paragraph(f"{' or '.join(proposal['separates'])}: {what}: {proposal['why']}.")
 
 
 def _places(found: Found) -> str:
     rows = [[p.channel, p.equation, p.region, f"{p.band_Hz[0]:g} to {p.band_Hz[1]:g}", f"{p.share:.0%}"] for p in found.places]
     channels = found.content["gap"]["channels"]
     sizes = [[name, f"{c['before']:.4g}", f"{c['after']:.4g}", c["unit"]] for name, c in channels.items()]
-    where = _table(["channel", "equation", "region", "band (Hz)", "share of the gap"], rows) if rows else "<p>Nothing above the noise.</p>"
-    return (
-        "<h2>Where</h2>" + where + "<h3>Hold-out error in each channel (rms)</h3>" + _table(["channel", "before", "after", "unit"], sizes)
+    where = (
+        table(["channel", "equation", "region", "band (Hz)", "share of the gap"], rows) if rows else paragraph("Nothing above the noise.")
     )
+    return "<h2>Where</h2>" + where + "<h3>Error in each channel (rms)</h3>" + table(["channel", "before", "after", "unit"], sizes)
 
 
-def _pictures(found: Found) -> str:
-    names = ["rig file", "constants refitted", *[s.trial.candidate.effect for s in found.state.steps], "as written"]
-    gap = found.content["gap"]
-    costs = [gap["holdout_before"], gap["holdout_refit"], *[s.trial.cost for s in found.state.steps], gap["holdout_after"]]
-    channel = found.channels.index(found.places[0].channel) if found.places else 0
+def _shrink(found: Found) -> str:
+    """The cost step by step, then the window that shows it best."""
+    channel = telling_channel(found)
     name = found.channels[channel]
-    variable = _variable(found, channel)
+    window = plots.revealing_window(found.nominal, found.final, channel, name, unit_of_channel(found, name))
+    return f"<h2>Gap, step by step</h2>{plots.waterfall(stages(found), found.channels)}<h2>Most revealing window</h2>{window}"
+
+
+def _unseen(logs: Sequence[Unseen]) -> str:
+    if not logs:
+        return ""
+    rows = [[u.log.path.name, _cost(u.before, u.before_ci95), _cost(u.after, u.after_ci95)] for u in logs]
+    said = "These logs fitted nothing and decided nothing. Costs in noise floors."
+    return "<h2>Logs never used</h2>" + paragraph(said) + table(["log", "rig file", "improved"], rows)
+
+
+def _cost(value: float, ci95: tuple[float, float]) -> str:
+    return f"{value:.4g} ({ci95[0]:.3g} to {ci95[1]:.3g})"
+
+
+def _fingerprints(found: Found) -> str:
     pictures = [
-        ("Hold-out gap, step by step", plots.waterfall(names, costs)),
-        ("The most revealing window", plots.revealing_window(found.nominal, found.final, channel, name, gap["channels"][name]["unit"])),
-        (f"{name}: left over against {variable}", plots.fingerprint(found.nominal, found.final, channel, variable, found.rig.rig)),
-        (f"{name}: spectrum of what is left over", plots.spectra(found.nominal, found.final, channel, name)),
+        (label, plots.fingerprint(found.nominal, found.final, found.channels.index(what.channel), what, found.rig.rig))
+        for label, what in fingerprints(found)
     ]
-    return "".join(f"<h2>{escape(title)}</h2>{picture}" for title, picture in pictures)
+    return "".join(f"<h2>Fingerprint: {escape(label)}</h2>{picture}" for label, picture in pictures)
 
 
-def _variable(found: Found, channel: int) -> str:
-    """The operating variable of the strongest region, else the first joint's velocity."""
-    region = found.places[0].region if found.places else ""
-    known: dict[str, Array] = dict(operating_values(found.nominal[0], found.rig.rig))
-    return next((name for name in known if region.startswith(name + " ")), next(iter(known)))
+def _spectra(found: Found) -> str:
+    channel = telling_channel(found)
+    name = found.channels[channel]
+    return f"<h2>Spectrum of what is left of {escape(name)}</h2>" + plots.spectra(found.nominal, found.final, channel, name)
+
+
+def _replay(found: Found) -> str:
+    """The first hold-out log's run under the real controller, from the reference."""
+    title = "<h2>Closed-loop replay</h2>"
+    improved = rig_from_text(found.improved_text, "improved rig.yaml")
+    shown = replays(found.state.holdouts[0].log.path, found.rig.rig, improved)
+    if isinstance(shown, str):
+        return title + paragraph(shown)
+    said = "The hold-out's run simulated with the controller, from its reference alone. Difference from the measurement, rms:"
+    rows = [[r.joint, *(f"{v:.3g}" for v in r.rms()[:2]), *(f"{v:.3g} {r.unit}" for v in r.rms()[2:])] for r in shown]
+    head = ["joint", "command before (V)", "command after (V)", "tracking error before", "tracking error after"]
+    return title + paragraph(said) + table(head, rows) + "".join(plots.closed_loop_replay(r) for r in shown)
 
 
 def _constants(found: Found) -> str:
-    rows = []
-    for key, c in found.content["parameters"].items():
-        pull = (c["value"] - c["prior"]["value"]) / c["prior"]["sd"]
-        if np.abs(pull) > 0.5:
-            rows.append([key, c["prior"]["value"], c["value"], c["unit"], f"{pull:+.1f}", "left its prior" if c["alarm"] else ""])
-    table = (
-        _table(["constant", "rig file", "refitted", "unit", "prior sd", ""], rows)
-        if rows
-        else "<p>None moved by more than half a standard deviation.</p>"
-    )
-    return f"<h2>Constants</h2>{table}"
+    rows, alarms = [], []
+    ranked = sorted(found.content["parameters"].items(), key=lambda item: -_pull(item[1]))
+    for key, c in ranked:
+        prior = f"{c['prior']['value']} ± {c['prior']['sd']:.3g} [{c['prior']['tag'] or 'no tag'}]"
+        span = f"{c['ci95'][0]} to {c['ci95'][1]}"
+        rows.append([key, prior, c["value"], span, c["unit"], f"{_pull(c):.1f}", "left its prior" if c["alarm"] else ""])
+        alarms.append(c["alarm"])
+    if not rows:
+        return "<h2>Constants</h2>" + paragraph("The logs see none of the rig file's constants.")
+    said = "What the logs say of the rig file's constants, those pulled most first; the others are not seen beyond their priors."
+    head = ["constant", "rig file ± prior sd", "refitted", "95%", "unit", "pull (sd)", ""]
+    several = sum(_pull(c) > 0.5 for _, c in ranked)
+    shown = table(head, rows[:several], alarms[:several]) if several else paragraph("None is pulled by more than half of its prior.")
+    return f"<h2>Constants</h2>{paragraph(said)}{shown}" + folded("The others", table(head, rows[several:]))
+
+
+def _pull(constant: dict[str, Any]) -> float:
+    return float(abs(constant["value"] - constant["prior"]["value"]) / constant["prior"]["sd"])
 
 
 def _not_seen(found: Found) -> str:
     rows = [[r["effect"], r["where"], r["parameter"], r["smallest_visible"], r["unit"]] for r in found.content["not_seen"]]
-    return "<h2>Not seen</h2><p>Smallest size that these logs would have shown.</p>" + _table(
-        ["effect", "where", "parameter", "smallest visible", "unit"], rows
-    )
+    said = "Effects that were looked for and not named, with the smallest size that these logs would have shown."
+    return "<h2>Not seen</h2>" + paragraph(said) + table(["effect", "where", "parameter", "smallest visible", "unit"], rows)
 
 
 def _diff(found: Found) -> str:
@@ -123,10 +161,4 @@ def _diff(found: Found) -> str:
 
 def _inputs(found: Found) -> str:
     rows = [[i["file"], i["sha256"]] for i in found.content["inputs"]]
-    return f"<h2>Inputs</h2>{_table(['file', 'SHA-256'], rows)}<p>{escape(found.content['software'])}</p>"
-
-
-def _table(head: list[str], rows: list[list[Any]]) -> str:
-    top = "".join(f"<th>{escape(h)}</th>" for h in head)
-    body = "".join("<tr>" + "".join(f"<td>{escape('' if cell is None else str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table><tr>{top}</tr>{body}</table>"
+    return f"<h2>Inputs</h2>{table(['file', 'SHA-256'], rows)}{paragraph(found.content['software'])}"

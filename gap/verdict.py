@@ -8,6 +8,7 @@ import numpy as np
 
 from gap.evaluation import Costing, Evaluation
 from gap.fit import Fit, covariance
+from gap.look_alikes import look_alikes
 from gap.measured import Array
 from gap.select import Search
 from gap.trial import FLOOR
@@ -55,11 +56,9 @@ def _named(state: Search, before: float, after: float) -> Verdict:
         return Verdict("unknown", why, False)
     closed = after <= CLOSED
     open_ = "" if closed else f" {rest:.1%} of the gap remains, so the names are tentative."
-    unclear = [s for s in state.steps if s.rivals]
+    unclear = [(s.trial, *alike) for s in state.steps if (alike := look_alikes(state, s))]
     if unclear:
-        sets = "; ".join(
-            "{" + ", ".join(f"{t.candidate.effect} at {t.candidate.where}" for t in (s.trial, *s.rivals)) + "}" for s in unclear
-        )
+        sets = "; ".join("{" + ", ".join(f"{t.candidate.effect} at {t.candidate.where}" for t in trials) + "}" for trials in unclear)
         return Verdict("ambiguous", f"These logs cannot tell apart {sets}; with the simplest, {gap}.{open_}", False)
     return Verdict("named", f"With {names}, {gap}.{open_}", closed)
 

@@ -7,8 +7,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from daemon.cli import gap_loop, gap_next
+from daemon.cli import gap_demo, gap_loop, gap_next
 from daemon.cli.connection import add_json_option
+from daemon.cli.gap_next import advice
 from daemon.cli.progress import teller
 
 
@@ -18,7 +19,7 @@ def register(commands: Any) -> None:
     _register_find(verbs)
     gap_next.register(verbs)
     gap_loop.register(verbs)
-    _register_demo(verbs)
+    gap_demo.register(verbs)
 
 
 def _register_find(verbs: Any) -> None:
@@ -28,18 +29,13 @@ def _register_find(verbs: Any) -> None:
     parser.add_argument(
         "--holdout", type=Path, action="append", default=[], metavar="LOG", help="log of another maneuver that decides; may be repeated"
     )
+    parser.add_argument(
+        "--unused", type=Path, action="append", default=[], metavar="LOG", help="log that neither fits nor decides: judged at the end"
+    )
     parser.add_argument("--out", type=Path, default=Path("gap"), metavar="DIR", help="where the results go (default ./gap)")
     parser.add_argument("--window", type=float, metavar="S", help="length of the windows compared (default: by the kind of arm)")
     add_json_option(parser)
     parser.set_defaults(run_command=_find)
-
-
-def _register_demo(verbs: Any) -> None:
-    parser = verbs.add_parser("demo", help="hide an effect in the simulated rig, log two maneuvers, find it")
-    parser.add_argument("--seed", type=int, default=1, help="chooses the hidden effect (default 1)")
-    parser.add_argument("--out", type=Path, default=Path("gap-demo"), metavar="DIR")
-    add_json_option(parser)
-    parser.set_defaults(run_command=_demo)
 
 
 def _find(arguments: argparse.Namespace) -> int:
@@ -47,7 +43,8 @@ def _find(arguments: argparse.Namespace) -> int:
     from gap.settings import Settings
 
     tell = teller(False)
-    found = find(arguments.rig, arguments.log, arguments.holdout, arguments.out, tell, Settings(window_s=arguments.window))
+    settings = Settings(window_s=arguments.window)
+    found = find(arguments.rig, arguments.log, arguments.holdout, arguments.out, tell, settings, arguments.unused)
     print(json.dumps(found.content) if arguments.json else summary(found.content, arguments.out))
     return 0
 
@@ -66,11 +63,8 @@ def summary(content: dict[str, Any], out: Path) -> str:
     lines.append(
         f"hold-out: {gap['holdout_before']:.4g} → {gap['holdout_refit']:.4g} (constants) → {gap['holdout_after']:.4g} noise floors"
     )
+    lines += [f"never used: {x['file']}: {x['before']:.4g} → {x['after']:.4g} noise floors" for x in content["unused_logs"]]
+    if content["next_maneuver"]:
+        lines.append(advice(content["next_maneuver"]))
     lines.append(f"written: {out / 'findings.json'}, {out / 'rig.yaml'}, {out / 'report.html'}")
     return "\n".join(lines)
-
-
-def _demo(arguments: argparse.Namespace) -> int:
-    from daemon.cli.gap_demo import run_demo
-
-    return run_demo(arguments.seed, arguments.out, teller(arguments.json), arguments.json)

@@ -1,0 +1,126 @@
+"""Look-alikes: hidden effects whose first logs cannot tell them from another, and whether the proposed maneuvers do.
+
+    python -m benchmarks.look_alikes [force_axis | ornl_testbed] [FOLDER]
+
+One line a case: what the first search said, how many rounds it took, how it ended. Summary at the end, as JSON on the last line.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from config.load import LoadedRig, load_rig, rig_from_text
+from daemon.cli.gap_loop import runner
+from gap.designs import Design
+from gap.loop import Course, resolve
+
+# The hidden effect as an entry of plant.effects (None: the rig file's own entry is taken out of the model) and the first two maneuvers.
+_SLOW = {"start": {"axis": "0.125 m"}, "joint": "axis", "cycles": 2}
+AXIS_FIRST = (
+    Design("slow_triangle", _SLOW | {"amplitude": "0.05 m", "rate": "0.05 m/s"}),
+    Design("slow_triangle", _SLOW | {"amplitude": "0.08 m", "rate": "0.08 m/s"}),
+)
+AXIS = (
+    "{effect: transport_delay, where: axis, delay: 4 ms}",
+    "{effect: transport_delay, where: axis, delay: 8 ms}",
+    "{effect: valve_lag, where: axis, time_constant: 4 ms, damping_ratio: 0.7}",
+    "{effect: valve_lag, where: axis, time_constant: 8 ms, damping_ratio: 0.9}",
+    "{effect: sensor_delay, where: 'sensor:axis.position', delay: 4 ms}",
+    "{effect: inertia_error, where: axis, extra: 30 kg}",
+    "{effect: valve_deadband, where: axis, overlap: 0.03}",
+    "{effect: valve_hysteresis, where: axis, half_width: 0.02}",
+    "{effect: stiction, where: axis, excess: 10 N, velocity: 5 mm/s}",
+    "{effect: asymmetric_friction, where: axis, friction_difference: 10 N, coefficient_difference: 0 N*s/m}",
+    ("coulomb_friction", "axis"),
+    ("viscous_friction", "axis"),
+)
+ARM_FIRST = (Design("paper_line"), Design("joint_steps"))
+ARM = (
+    ("valve_lag", "rotary"),
+    ("valve_lag", "prismatic"),
+    ("hose_compliance", "rotary"),
+    ("hose_compliance", "prismatic"),
+    ("entrained_air", "rotary"),
+    ("coulomb_friction", "prismatic"),
+    ("stiction", "rotary"),
+    ("cross_leakage", "prismatic"),
+    "{effect: transport_delay, where: rotary, delay: 5 ms}",
+    "{effect: sensor_delay, where: 'sensor:rotary.position', delay: 5 ms}",
+    "{effect: valve_deadband, where: prismatic, overlap: 0.02}",
+    "{effect: external_leakage, where: rotary, conductance: 2e-12 m^3/s/Pa}",
+)
+Case = str | tuple[str, str]
+
+
+def _rigs(name: str, case: Case) -> tuple[str, LoadedRig, tuple[str, str]]:
+    """Text of the model, the true rig, and the hidden effect."""
+    whole = load_rig(name)
+    text = whole.text.replace("{resolution: 1 um, ", "{resolution: 1 um, noise: 2 um, ")  # the axis alone has a noiseless encoder
+    if isinstance(case, tuple):
+        entry = re.compile(rf"^\s*- \{{effect: {case[0]}, where: {case[1]},.*\n", re.MULTILINE)
+        return entry.sub("", text, count=1), LoadedRig(rig_from_text(text), text, whole.path), case
+    hidden = _effect_of(case)
+    truth = re.sub(r"^  effects:\n", f"  effects:\n    - {case}\n", text, count=1, flags=re.MULTILINE)
+    return text, LoadedRig(rig_from_text(truth), truth, whole.path), hidden
+
+
+def _effect_of(case: str) -> tuple[str, str]:
+    found = re.match(r"\{effect: (\w+), where: '?([\w:.]+)'?,", case)
+    assert found
+    return found[1], found[2]
+
+
+def run_case(name: str, case: Case, seed: int, out: Path) -> dict[str, Any]:
+    model, truth, hidden = _rigs(name, case)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "model.yaml").write_text(model)
+    start = time.monotonic()
+    run = runner(truth, out, seed, lambda line: None)
+    first = AXIS_FIRST if name == "force_axis" else ARM_FIRST
+    logs = [run(design, use) for design, use in zip(first, ("fit", "holdout"), strict=True)]
+    course = resolve(out / "model.yaml", logs[:1], logs[1:], out, run, lambda line: None, lambda one: None)
+    return _judged(course, hidden) | {"hidden": " at ".join(hidden), "seconds": round(time.monotonic() - start, 1)}
+
+
+def _judged(course: Course, hidden: tuple[str, str]) -> dict[str, Any]:
+    label = " at ".join(hidden)
+    begin, last = course.rounds[0], course.rounds[-1]
+    return {
+        "first_verdict": begin.content["verdict"],
+        "first_sets": begin.open_sets or [begin.names],
+        "in_first": label in [*begin.names, *(name for names in begin.open_sets for name in names)],
+        "unresolved_at_first": not begin.settled,
+        "rounds": len(course.rounds),
+        "asked": [one.asked.label for one in course.rounds[:-1] if one.asked],
+        "outcome": course.outcome,
+        "names": last.names,
+        "resolved": course.outcome == "confirmed" and last.names == [label] and not last.open_sets,
+    }
+
+
+def main() -> None:
+    name = sys.argv[1] if len(sys.argv) > 1 else "force_axis"
+    folder = Path(sys.argv[2]) if len(sys.argv) > 2 else Path(tempfile.mkdtemp(prefix="look-alikes-"))
+    rows = []
+    cases: tuple[Case, ...] = AXIS if name == "force_axis" else ARM
+    for number, case in enumerate(cases):
+        row = run_case(name, case, 100 + 10 * number, folder / f"case-{number:02}")
+        rows.append(row)
+        print(f"{row['hidden']}: {row['first_verdict']} {row['first_sets']} → {row['outcome']} {row['names']}, {row['rounds']} rounds,"
+              f" {'resolved' if row['resolved'] else 'NOT resolved'}, {row['seconds']} s", flush=True)  # fmt: skip
+    doubtful = [row for row in rows if row["unresolved_at_first"]]
+    resolved = sum(row["resolved"] for row in doubtful)
+    print(
+        f"in doubt after the first logs: {len(doubtful)} of {len(rows)}; resolved to the hidden effect alone: {resolved} of {len(doubtful)}"
+    )
+    print(json.dumps(rows))
+
+
+if __name__ == "__main__":
+    main()
