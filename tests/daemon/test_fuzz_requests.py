@@ -10,16 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from office import Office, at_once
 from rigs import simple_rig
 
 from control.signals import Mode
-from daemon.command import Command
-from daemon.desk import Desk
-from daemon.journal import Journal
-from daemon.lockstep import LockstepRig
 from daemon.socket_server import answer
-from daemon.status import StatusView
-from daemon.timing import WORDS, Timing
 
 METHODS = ("status", "checks", "prove", "disarm", "reset", "start", "stop", "estop", "maneuvers", "wait", "events", "shutdown")
 ARMINGS = 0.01  # of the requests: each takes 250 cycles
@@ -30,38 +25,6 @@ WORDS_OF_MANEUVERS = (
     "longreach:", "maneuver/1", "name:", "kind:", "straight_line", "joint:", "rotary", "-", "[]", "{}", ":", "1e999", "nan", "deg",
     "!!python/object", "&a", "*a", "\n",
 )  # fmt: skip
-
-
-class Office:
-    """A desk whose loop moves on when the desk looks at it: by a cycle while something was asked for, else at every tenth look."""
-
-    def __init__(self, rig: LockstepRig) -> None:
-        self.rig = rig
-        self.shutdowns = self._posted = self._looks = 0
-        self.journal = Journal()
-        view = StatusView(rig.rig, rig.facts, Timing([0] * WORDS))
-        self.desk = Desk(rig.rig, rig.facts, self.journal, view, self._values, self._post, self._nothing_to_repair, self._shut_down)
-
-    def _values(self) -> tuple[float, ...]:
-        self._looks += 1
-        asked = self.rig.value("commands") < self._posted or self.rig.mode is Mode.ARMING
-        if asked or self._looks % 10 == 0:
-            self.rig.cycles(1)
-        for event in self.rig.events:
-            self.journal.add(event)
-        self.rig.events.clear()
-        return tuple(self.rig.loop.values)
-
-    def _post(self, command: Command) -> int:
-        self.rig.commands.post(command)
-        self._posted += 1
-        return self._posted
-
-    async def _nothing_to_repair(self) -> None:
-        return
-
-    def _shut_down(self) -> None:
-        self.shutdowns += 1
 
 
 class Client:
@@ -105,10 +68,6 @@ class Client:
         if chance.random() < 0.3:
             return " ".join(chance.choices(WORDS_OF_MANEUVERS, k=chance.randrange(1, 6)))
         return "".join(chr(chance.randrange(1, chance.choice((128, 0x2FF)))) for _ in range(chance.randrange(12)))
-
-
-async def at_once(seconds: float) -> None:
-    """The loop moves on when it is looked at, not with time."""
 
 
 def fuzz(directory: Path, monkeypatch: pytest.MonkeyPatch, requests: int) -> None:
