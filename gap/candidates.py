@@ -171,6 +171,7 @@ SHAPES: dict[str, Shape] = {
 }
 
 # A difference between the directions needs something to differ: without it, it would be one-sided friction, which no seal has.
+_EXCEEDS = {"stiction": "coulomb_friction"}  # breakaway beyond the friction while sliding needs a friction while sliding
 _NEEDS = {"friction_difference": "coulomb_friction", "coefficient_difference": "viscous_friction"}
 
 
@@ -183,7 +184,8 @@ def candidates(rig: Rig, channels: frozenset[str]) -> list[Candidate]:
     for section in EFFECT_SECTIONS:
         name = effect_name(section)
         for where, kind in _places(section, plant, rig, channels):
-            if (name, where) not in present:
+            possible = name not in _EXCEEDS or (_EXCEEDS[name], where) in present
+            if possible and (name, where) not in present:
                 beside = frozenset(effect for effect, place in present if place == where)
                 found.append(_candidate(name, where, kind, section, _sizes(rig, plant, where), beside))
     return [candidate for candidate in found if candidate.free or candidate.effect == "sensor_polarity"]
