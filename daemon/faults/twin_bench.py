@@ -30,7 +30,7 @@ VALVES = ("rotary_valve", "prismatic_valve")
 # What a shared machine needs that a rig does not: it stands still for 3 ms many times a minute, which must not be taken for the fault.
 FORGIVEN = ("signals.rotary.position.max_age=12 ms", "signals.prismatic.position.max_age=12 ms")
 FORGIVEN_FRAMES = 5
-SPEED, WAY_DEG = "50 deg/s", 70
+SPEED, WAY_DEG = "55 deg/s", 75
 SAFE_FOR_MS, RENEWED_FOR_MS = 150.0, 500.0
 _LOOK_S = 0.002
 _TRIES = 5

@@ -26,6 +26,7 @@ BUS_COUNTS = (
 DEVICE_COUNTS = (
     "received",  # frames of its process data
     "missed",  # cycles in which one was due and had not come: late or lost
+    "stale",  # cycles that had values older than 2 ms, times the SYNCs between two frames
     "malformed",
     "emergency",  # code of the last EMCY, 0 for none
     "nmt_state",

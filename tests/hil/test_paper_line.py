@@ -38,6 +38,17 @@ def figures(log: Log) -> dict[str, object]:
     return {"read_compute_write_p50_us": round(p50_us), "p99_us": round(p99_us), "cycles with a position older than 2 ms": share}
 
 
+def assert_old_frames_were_counted(log: Log, joint: str) -> None:
+    """What the driver has counted between two notes in the log is what the ages of every cycle say."""
+    key = f"{joint}_encoder.stale"
+    notes = [event for event in log.events if event.name == "link" and key in event.values]
+    first, last = notes[0], notes[-1]
+    between = (log.columns["cycle"] > first.cycle) & (log.columns["cycle"] <= last.cycle)
+    old = int(np.sum(log.columns[f"{joint}.position_age_s"][between] > 2e-3))
+    assert last.cycle - first.cycle > 10_000
+    assert last.values[key] - first.values[key] == old
+
+
 @pytest.mark.hil
 def test_the_papers_program_over_can_and_modbus(twin: TwinProcess, namespace: NetworkNamespace, tmp_path: Path) -> None:
     rig_file = tmp_path / "can.yaml"
@@ -52,6 +63,8 @@ def test_the_papers_program_over_can_and_modbus(twin: TwinProcess, namespace: Ne
             client.call("disarm")
         log = read_log(daemon.latest_log())
     assert reexecute(log.path).identical
+    for joint in ("rotary", "prismatic"):
+        assert_old_frames_were_counted(log, joint)
     assert b"udp_multicast" in log.attachments["rig.yaml"], "the log says which bus it took"
     in_process = read_log(run_lockstep(load_rig("ornl_testbed"), [LINE], tmp_path / "in-process")[0])
     over_the_bus, reference = hold_vibration(log), hold_vibration(in_process)
