@@ -145,7 +145,8 @@ def _command(
 
 def _held(path: Path, columns: Mapping[str, Array], name: str, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int) -> Array:
     if name not in columns or not np.any(np.isfinite(columns[name])):
-        raise LogError(f"the log has no {name}", where=str(path), next_step="The command that acted is the input of every comparison.")
+        advice = "The command that acted is the input of every comparison; without it no effect of the drive is identifiable. Log it."
+        raise LogError(f"the log has no {name}", where=str(path), next_step=advice)
     values = np.full(rows, np.nan)
     values[place] = columns[name][keep]
     values[0] = values[np.isfinite(values)][0]
