@@ -32,7 +32,7 @@ def register(commands: Any) -> None:
     places = ("loop", "processes", "twin")
     parser.add_argument("--where", action="append", choices=places, help="only faults injected there (may be given again)")
     parser.add_argument("--only", action="append", default=[], metavar="WORDS", help="faults whose name has these words in it")
-    parser.add_argument("--median", action="store_true", help="judge by the median and most reactions: the machine has other users")
+    parser.add_argument("--median", action="store_true", help="repeat what is not ok, and let most of its trials decide")
     parser.add_argument("--keep", type=Path, metavar="FILE.json", help="add the measurements to this file; what is there is not repeated")
     parser.add_argument("--page", type=Path, metavar="FILE.md", help="write the table as a page")
     add_json_option(parser)
