@@ -27,13 +27,15 @@ SMALLEST_MPS2 = 0.05  # amplitude of a usable hold: below, noise decides
 LOWEST_PERIODS = 1.5  # of the hold's length: slower lines are drift
 LARGEST_RING_DAMPING = 0.05  # of a usable hold: what dies out faster is too short, and small lags between the sensors count too much
 DECAY_GUESS_PER_S = 0.1
+GIVE_SHARE = 0.1  # of the correction for the joint's motion that is not believed: friction's bristles are no linear spring
 LINK_MASS, LINK_INERTIA = 33.0 / 140.0, 11.0 / 40.0  # shares of the link's own mass in the static shape
 
 
 @dataclass(frozen=True, slots=True)
 class FreeVibration:
     """One hold. Frequencies in Hz: `frequency_Hz` as it rings, with the joint that gives; `clamped_Hz` and `damping_ratio` of the link
-    alone; `clamped_sigma_Hz`, `damping_sigma` their standard deviations from the signals' noise; amplitude (m/s²) at the hold's start."""
+    alone; `clamped_sigma_Hz`, `damping_sigma` their standard deviations, from the signals' noise and the joint's friction; amplitude
+    (m/s²) at the hold's start."""
 
     move: int
     extension_m: float
@@ -65,10 +67,11 @@ def free_vibration(record: TipRecord, move: int, rows: slice, link: LinkMode) ->
     clamped_squared, drag = _link_alone(s, tip, joint, length, _arm(link, length))
     clamped = sqrt(clamped_squared) if clamped_squared > 0.0 else omega
     share = _sigma(t, decay, abs(tip), noise), joint_noise * sqrt(2.0 / len(t)) * omega**2 * length / abs(tip)
-    sigma = hypot(share[0] / omega, 0.5 * share[1])  # relative, of the clamped frequency
+    given = abs(clamped_squared / abs(s) ** 2 - 1.0)  # the joint's part
+    sigma = hypot(share[0] / omega, 0.5 * share[1], 0.5 * GIVE_SHARE * given)  # relative, of the clamped frequency
     return FreeVibration(
         move, length, abs(tip), omega / (2.0 * pi), decay / omega, clamped / (2.0 * pi), sigma * clamped / (2.0 * pi),
-        0.5 * drag / clamped, hypot(share[0] / omega, 0.5 * share[1]),
+        0.5 * drag / clamped, sigma,
     )  # fmt: skip
 
 

@@ -121,9 +121,9 @@ def summary(found: Identification) -> list[str]:
     lines = [_response_line(response) for response in found.responses]
     lines += [f"bounds over {b.varied} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees" for b in found.bounds]
     for link in found.links:
-        best = {each.method: each for each in reversed(link.payload)}
         lines += [
-            f"payload {e.payload_kg:.3f} ± {e.uncertainty_kg:.3f} kg by {m} (rig file {link.believed_kg:.3f} kg)" for m, e in best.items()
+            f"payload {each.payload_kg:.3f} ± {each.uncertainty_kg:.3f} kg by {each.method} (rig file {link.believed_kg:.3f} kg)"
+            for each in link.payload
         ]
         lines += _map_lines(link.map) if link.map is not None else []
         lines += [f"  note: {link.note}"] if link.note else []

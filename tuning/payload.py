@@ -49,8 +49,10 @@ class PayloadEstimate:
 
 
 def identify_payload(records: Sequence[TipRecord], link: LinkMode) -> list[PayloadEstimate]:
-    """Every estimate the runs allow, the most certain first. Raises LogError when nothing moved enough."""
-    found = [estimate for record in records for estimate in (_balance(record, link), _vibration(record, link)) if estimate is not None]
+    """One estimate by each method that the runs allow, the more certain first. Raises LogError when nothing moved enough."""
+    balances = [estimate for record in records if (estimate := _balance(record, link)) is not None]
+    vibration = _vibration(records, link)
+    found = [*([_together(balances)] if balances else []), *([vibration] if vibration is not None else [])]
     if not found:
         raise LogError(
             "the tip moved too little to weigh its payload", limit=SMALLEST_MPS2, unit="m/s²", next_step="Use a faster move, or no filter."
@@ -59,10 +61,9 @@ def identify_payload(records: Sequence[TipRecord], link: LinkMode) -> list[Paylo
 
 
 def disagreement(estimates: Sequence[PayloadEstimate]) -> str:
-    """A sentence when the best estimates of the two methods are farther apart than their uncertainties; empty otherwise."""
+    """A sentence when two estimates are farther apart than their uncertainties; empty otherwise."""
     best = estimates[0]
-    others = {each.method: each for each in reversed(estimates) if each.method != best.method}
-    for other in others.values():
+    for other in estimates[1:]:
         apart, allowed = abs(other.payload_kg - best.payload_kg), hypot(other.uncertainty_kg, best.uncertainty_kg)
         if apart > allowed:
             return (
@@ -90,9 +91,17 @@ def payload_of_hold(link: LinkMode, hold: FreeVibration) -> tuple[float, float]:
     return mass, 2.0 * hold.clamped_sigma_Hz / hold.clamped_Hz * (mass + own)
 
 
-def _vibration(record: TipRecord, link: LinkMode) -> PayloadEstimate | None:
+def _together(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
+    """Of several runs: weighted by certainty; what the model leaves does not become less by repeating, so nor does the uncertainty."""
+    weights = [1.0 / estimate.uncertainty_kg**2 for estimate in estimates]
+    mean = float(np.average([estimate.payload_kg for estimate in estimates], weights=weights))
+    least = min(estimate.uncertainty_kg for estimate in estimates)
+    return PayloadEstimate(mean, least, estimates[0].method, sum(estimate.samples for estimate in estimates))
+
+
+def _vibration(records: Sequence[TipRecord], link: LinkMode) -> PayloadEstimate | None:
     """Mean over the holds weighted by their certainty; its spread counts when it is larger than the noise explains."""
-    holds = free_vibrations(record, link)
+    holds = [hold for record in records for hold in free_vibrations(record, link)]
     if not holds:
         return None
     found = np.array([payload_of_hold(link, hold) for hold in holds])
@@ -100,9 +109,8 @@ def _vibration(record: TipRecord, link: LinkMode) -> PayloadEstimate | None:
     weights = 1.0 / floors**2
     mean = float(np.average(found[:, 0], weights=weights))
     spread = sqrt(float(np.average((found[:, 0] - mean) ** 2, weights=weights)) / max(1, len(holds) - 1))
-    return PayloadEstimate(
-        mean, 2.0 * max(spread, float(np.sum(weights)) ** -0.5), "free vibration", sum(r.stop - r.start for _, r in record.holds)
-    )
+    samples = sum(rows.stop - rows.start for record in records for _, rows in record.holds)
+    return PayloadEstimate(mean, 2.0 * hypot(spread, MODEL_SHARE * mean + MODEL_KG), "free vibration", samples)
 
 
 def _balance(record: TipRecord, link: LinkMode) -> PayloadEstimate | None:

@@ -22,6 +22,8 @@ POUND = 0.45359237
 
 def _records(directory: Path, pounds: float, shaper: str, *changes: str) -> list[TipRecord]:
     loaded = load_rig("ornl_testbed")
+    if not changes and loaded.rig.end_point is not None:  # without it what rings in the holds goes on ringing
+        changes = ("end_point.gain=0", "servo.rotary.gain=0.35 V/deg")
     text = apply_overrides(loaded.text, [f"plant.link.payload={pounds} lb", *changes])
     request = {"maneuver": {"name": "paper_line"}, "shaper": {"kind": shaper}, "approach": True}
     (log,) = run_lockstep(LoadedRig(rig_from_text(text), text, loaded.path), [request], directory, seed=round(pounds))
@@ -66,7 +68,7 @@ def test_both_ways_within_3_percent(rig: Rig, tmp_path: Path, pounds: float, sha
 @pytest.mark.slow
 def test_with_end_point_feedback_that_damps_the_ringing(rig: Rig, tmp_path: Path) -> None:
     assert rig.link_mode is not None
-    feedback = "end_point={source: deflection, gain: 1, frequency_ratio: 0.8}"
+    feedback = "end_point.gain=1"
     estimates = identify_payload(_records(tmp_path, 30, "none", feedback, "servo.rotary.gain=0.5 V/deg"), rig.link_mode)
     assert estimates[0].payload_kg == pytest.approx(30 * POUND, rel=0.03)
 

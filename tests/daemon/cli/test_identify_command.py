@@ -11,8 +11,12 @@ import pytest
 import yaml
 
 from config.calibration_record import load_record
-from config.load import find, load_rig
+from config.load import apply_overrides, find, load_rig
 from daemon.cli.main import main
+from daemon.lockstep import run_lockstep
+from recording.reader import read_log
+from recording.replay import reexecute
+from recording.vibration import hold_vibration, rms_mps2
 
 POUND = 0.45359237
 
@@ -111,6 +115,21 @@ def test_shape_recommends_from_the_record(out: Path, tmp_path: Path, capsys: pyt
 def test_what_cannot_be_is_refused(words: tuple[str, ...], text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["identify", *words, "--out", str(tmp_path)]) in (1, 3)
     assert text in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_an_unknown_payload_is_found_and_the_filter_made_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """30 lb at the tip of an arm whose rig file says 45 lb: identified, the adaptive filter leaves much less."""
+    text = apply_overrides(load_rig("ornl_testbed").text, ["plant.link.payload=30 lb"])
+    (tmp_path / "rig.yaml").write_text(text)
+    answer = _answer(capsys, "identify", str(tmp_path / "rig.yaml"), "--what", "map", "--out", str(tmp_path / "found"))
+    assert answer["links"][0]["payload"][0]["payload_kg"] == pytest.approx(30 * POUND, rel=0.01)
+    (tmp_path / "identified.yaml").write_text(f"{text}\nidentified: {{record: {answer['record']}}}\n")
+    request = {"maneuver": {"name": "paper_line"}, "shaper": {"kind": "adaptive"}, "approach": True}
+    logs = {name: run_lockstep(load_rig(tmp_path / name), [request], tmp_path / "logs")[0] for name in ("rig.yaml", "identified.yaml")}
+    left = {name: rms_mps2(hold_vibration(read_log(log))) for name, log in logs.items()}
+    assert left["identified.yaml"] < 0.7 * left["rig.yaml"]
+    assert reexecute(logs["identified.yaml"]).identical
 
 
 @pytest.mark.slow
