@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import shlex
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -45,6 +46,7 @@ def _faults(arguments: argparse.Namespace) -> int:
     from daemon.faults.process_bench import ProcessBench
     from daemon.faults.twin_bench import TwinBench
 
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # an end with its cleaning up, as by Ctrl-C
     trials = matrix.QUICK_TRIALS if arguments.quick else arguments.trials
     slow = arguments.slow_trials or (1 if arguments.quick else matrix.SLOW_TRIALS)
     numbers = {Where.LOOP: trials, Where.PROCESSES: slow, Where.TWIN: slow}

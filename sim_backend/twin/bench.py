@@ -33,7 +33,7 @@ class Bench:
         self.feed = feed
         self.nodes = nodes
         self.clock = StepClock(feed.period_s)
-        self.syncs = 0
+        self.syncs = self.unanswered = 0
         self._period_ns = round(1e9 * feed.period_s)
         self._volts = volts
         self._updates = updates
@@ -59,7 +59,8 @@ class Bench:
         """
         newest = max((number for number, frame in enumerate(frames) if frame.cob_id == SYNC_ID), default=0)
         for number, (cob_id, data, arrived_ns) in enumerate(frames):
-            is_late = now_ns - arrived_ns > self._period_ns and number < newest
+            is_late = cob_id == SYNC_ID and number < newest and now_ns - arrived_ns > self._period_ns
+            self.unanswered += is_late
             self.on_frame(cob_id, data, min(arrived_ns, now_ns), answer=not is_late)
 
     def on_frame(self, cob_id: int, data: bytes, now_ns: int, answer: bool = True) -> None:

@@ -73,7 +73,8 @@ class Twin:
         bench = self.bench
         nodes = " ".join(f"{node.name}={node.describe().get('state', node.describe()['nmt'])}" for node in bench.nodes)
         dropped = f" dropped={self._port.dropped}" if self._port and self._port.dropped else ""
-        return f"plant {bench.feed.plant.time_s:.1f} s, {bench.syncs} SYNC, {bench.clock.caught_up} caught up; {nodes}{dropped}"
+        syncs = f"{bench.syncs} SYNC, {bench.unanswered} too late to answer"
+        return f"plant {bench.feed.plant.time_s:.1f} s, {syncs}, {bench.clock.caught_up} caught up; {nodes}{dropped}"
 
     def _receive(self, timeout_s: float) -> None:
         if self._port is None:
