@@ -68,6 +68,13 @@ class Comparison:
         columns = [self._columns(side, range(len(rival.model.free))) for side, rival in enumerate(self.rivals)]
         return [self._least(columns, self._kept(channels)) for channels in sets]
 
+    def step(self, side: int, numbers: Sequence[int]) -> Array:
+        """How these numbers of one rival would have to move (in their scales) for it to come nearest to the other."""
+        columns, free = self._columns(side, numbers)
+        flat = columns.reshape(len(free), self.difference.size)
+        towards = self.difference.ravel() if side == 1 else -self.difference.ravel()
+        return np.asarray(np.linalg.lstsq(flat.T, towards, rcond=None)[0])
+
     def _columns(self, side: int, numbers: Sequence[int]) -> tuple[Array, list[Free]]:
         base, model = self.base[side], self.rivals[side].model
         free = [model.free[k] for k in numbers]
@@ -87,7 +94,7 @@ class Comparison:
         return min(found, key=lambda item: item.T)
 
     def _separation(self, columns: Array, free: list[Free], difference: Array) -> Separation:
-        flat, e = columns.reshape(len(free), -1), difference.ravel()
+        flat, e = columns.reshape(len(free), difference.size), difference.ravel()
         precision = np.diag([1.0 if item.prior else _LOOSE for item in free])
         shift = np.linalg.solve(flat @ flat.T + precision, flat @ e) if free else np.zeros(0)
         rest = e - shift @ flat

@@ -63,12 +63,14 @@ def _word(value: Any) -> str:
 
 def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dict[str, Any], path: str) -> tuple[Rival, Rival]:
     """From --between, else the finding in doubt and what it is hard to tell from."""
+    from gap.designs import designs
+    from gap.matching import matched
     from gap.next_maneuver import no_effect, rival_of
 
     if between:
         named = [word.partition("@") for word in between]
         first, second = (no_effect(loaded) if effect == "none" else rival_of(loaded, effect, where) for effect, _, where in named)
-        return first, second
+        return first, matched(loaded, first, second, designs(loaded.rig, list(loaded.rig.joints), thorough=False))
     if not content:
         raise ConfigError("nothing to separate", where="gap next", next_step="Give --findings findings.json or --between A@PLACE B@PLACE.")
     constants = {key: item["value"] for key, item in content["parameters"].items()}

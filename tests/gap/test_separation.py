@@ -1,0 +1,60 @@
+"""How far a maneuver separates two explanations, against dense linear algebra."""
+
+from __future__ import annotations
+
+import axis_logs
+import numpy as np
+import pytest
+
+from config.errors import ManeuverError
+from config.load import LoadedRig, load_rig
+from gap.closed_loop import measured_on
+from gap.designs import Design, designs
+from gap.fit import projected, sensitivities
+from gap.next_maneuver import no_effect, rival_of
+from gap.separation import Comparison, compare
+
+START = {"start": {"axis": "0.125 m"}, "joint": "axis"}
+TRIANGLE = Design("slow_triangle", {**START, "amplitude": "0.04 m", "rate": "0.08 m/s", "cycles": 2})
+
+
+def axis(*without: str) -> LoadedRig:
+    return LoadedRig(axis_logs.axis_rig(*without), axis_logs.axis_text(*without), "axis.yaml")
+
+
+@pytest.fixture(scope="module")
+def comparison() -> Comparison:
+    loaded = axis("coulomb_friction")
+    return compare(loaded, rival_of(loaded, "coulomb_friction", "axis", {"friction": 2.0}), no_effect(loaded), TRIANGLE.content)
+
+
+def test_the_constants_take_their_share_as_in_the_gaussian_integral(comparison: Comparison) -> None:
+    """With only priors free, T = eᵀ (I + J Jᵀ)⁻¹ e; the side without an effect has nothing but priors."""
+    rival, base = comparison.rivals[1], comparison.base[1]
+    numbers = range(len(rival.model.free))
+    columns = projected(base, sensitivities(rival.model, [base.experiment], numbers, [base.readings])[0])
+    J, e = columns.reshape(len(numbers), -1).T, comparison.difference.ravel()
+    direct = float(e @ np.linalg.solve(np.eye(e.size) + J @ J.T, e))
+    assert pytest.approx(direct, rel=1e-6) == comparison._separation(*comparison._columns(1, numbers), comparison.difference).T
+    assert direct * (1 + 1e-9) >= comparison.exact().T
+
+
+def test_refitting_only_takes_away(comparison: Comparison) -> None:
+    exact, bound = comparison.exact(), comparison.bound()
+    assert 0.0 < exact.T <= bound.T * (1 + 1e-9)
+
+
+def test_an_explanation_is_not_separated_from_itself() -> None:
+    loaded = axis("coulomb_friction")
+    same = rival_of(loaded, "coulomb_friction", "axis", {"friction": 20.0})
+    found = compare(loaded, same, same, TRIANGLE.content).exact()
+    assert pytest.approx(0.0, abs=1e-6) == found.T
+    assert found.t == 0.0
+
+
+def test_what_would_near_an_interlock_is_not_run() -> None:
+    """The largest wave that the following error allows shakes the tip beyond what the testbed's interlock leaves."""
+    rig = load_rig("ornl_testbed").rig
+    wave = next(d for d in designs(rig, ["rotary"], thorough=False) if d.parameters.get("amplitude") == "1.4 V")
+    with pytest.raises(ManeuverError, match=r"tip\.acceleration would come too near its limit"):
+        measured_on(rig, wave.content)
