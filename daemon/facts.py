@@ -54,14 +54,14 @@ class Facts:
         self.names = (*row, *quality, *following, *plausible, *_LOOP_FACTS, *unknown, *counts)
         zeros = [0.0] * (len(following) + len(plausible) + len(_LOOP_FACTS))
         self._blank = [*layout.blank(), *[2.0 for _ in quality], *zeros, *[nan for _ in unknown], *[0.0 for _ in counts]]
-        self._index = {name: number for number, name in enumerate(self.names)}
+        self.places = {name: number for number, name in enumerate(self.names)}
 
     def index(self, name: str) -> int:
         """KeyError for no fact of this rig."""
-        return self._index[name]
+        return self.places[name]
 
     def has(self, name: str) -> bool:
-        return name in self._index
+        return name in self.places
 
     def blank(self) -> list[float]:
         """Nothing measured yet: log row as layout.blank(), qualities BAD, nothing proven or calibrated, the rest 0."""

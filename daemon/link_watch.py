@@ -100,11 +100,15 @@ def link_text(link: str, numbers: Mapping[str, float]) -> str:
     return f"{head}: {', '.join(shown)}" + (f"; missed: {', '.join(missed)}" if missed else "")
 
 
-def links_status(rig: Rig, names: Sequence[str], values: Sequence[float]) -> dict[str, Any]:
+class LinksView:
     """For `status`: link → its line of text and all its numbers by fact."""
-    places = {name: place for place, name in enumerate(names)}
-    shown = {}
-    for link, facts in link_facts(rig).items():
-        numbers = {fact: values[places[fact]] for fact in facts}
-        shown[link] = {"text": link_text(link, numbers), "counts": numbers}
-    return shown
+
+    def __init__(self, rig: Rig, places: Mapping[str, int]) -> None:
+        self._links = {link: {fact: places[fact] for fact in facts} for link, facts in link_facts(rig).items()}
+
+    def status(self, values: Sequence[float]) -> dict[str, Any]:
+        shown = {}
+        for link, places in self._links.items():
+            numbers = {fact: values[place] for fact, place in places.items()}
+            shown[link] = {"text": link_text(link, numbers), "counts": numbers}
+        return shown

@@ -67,7 +67,7 @@ class ControlLoop:
         self._plausibility = Plausibility(rig, facts)
         self._span = RecordingSpan(log, timing, self._overruns, rig.loop.rate_Hz, loop_facts or {}, standby)
         self.keeper = ModeKeeper(rig, facts, log, 1.0 / rig.loop.rate_Hz, lambda mode: self._span.open(mode, self._controller))
-        self._links = LinkWatch(rig, bank.drivers, {name: place for place, name in enumerate(facts.names)}, log)
+        self._links = LinkWatch(rig, bank.drivers, facts.places, log)
         self._calibrations = CalibrationWatch(rig, facts, log)
         self._safe_state = SafeState(rig, bank.drivers, facts, log)
         self._span.evidence = self._safe_state.evidence

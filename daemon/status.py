@@ -12,7 +12,7 @@ from control.kinematics import forward
 from control.signals import Mode
 from daemon.facts import Facts
 from daemon.journal import Journal, RunResult
-from daemon.link_watch import links_status
+from daemon.link_watch import LinksView
 from daemon.timing import Timing
 
 _JOINT_WORDS = ("position", "target", "reference", "velocity", "command_V")
@@ -23,7 +23,7 @@ class StatusView:
 
     def __init__(self, rig: Rig, facts: Facts, timing: Timing) -> None:
         self._rig, self._facts, self._timing = rig, facts, timing
-        self._proofs = proofs(rig)
+        self._proofs, self._links = proofs(rig), LinksView(rig, facts.places)
         self._values: Sequence[float] = facts.blank()
 
     def status(self, values: Sequence[float], uptime_s: float, journal: Journal) -> dict[str, Any]:
@@ -45,7 +45,7 @@ class StatusView:
             "safe_state": {
                 name: {"demanded": demanded, "proven_s": self._fact(f"{name}.proven_s")} for name, demanded in self._proofs.items()
             },
-            "links": links_status(self._rig, self._facts.names, values),
+            "links": self._links.status(values),
             "loop": self._loop(),
             "fault": journal.fault if mode is Mode.FAULT else None,
         }
