@@ -44,7 +44,8 @@ from gap.temperatures import warmings
 from gap.trial import FLOOR
 from gap.unseen import unseen
 from gap.verdict import Verdict, channel_rms, confidence, verdict
-from gap.windows import Experiment, default_window_s, prepare, remembering, some, velocities
+from gap.window_length import window_length_s
+from gap.windows import Experiment, prepare, remembering, some, velocities
 from tuning.record_file import write_whole
 
 DEFAULTS = Settings()
@@ -141,7 +142,7 @@ def _experiments(
         if all(name in log.channels and not censored(log.channels[name], sensors[name].low, sensors[name].high) for log in every)
     ]
     sigma = noise_floors(every, loaded.rig)
-    window_s = settings.window_s or default_window_s(loaded.rig)
+    window_s = settings.window_s or window_length_s(loaded.rig, every, sigma)
     cut = [prepare(log, loaded.rig, sigma, window_s, names, settings.workers) for log in every]
     return names, cut[: len(fit_logs)], cut[len(fit_logs) :]
 
