@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import gap
 from blind.cases import Case, cases, sizes
 from blind.one_case import Work, finder_digest, run_case
 from blind.page import write_page
@@ -106,8 +107,9 @@ def _line(case: Case, result: dict[str, Any], tell_answer: bool) -> str:
 
 
 def commit() -> str:
-    """The checkout's commit, or an empty string outside of one."""
-    done = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=Path(__file__).parent, check=False)
+    """Commit of the checkout the search is from, or an empty string outside of one."""
+    where = Path(next(iter(gap.__path__)))
+    done = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=where, check=False)
     return done.stdout.strip()
 
 

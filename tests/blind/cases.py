@@ -127,7 +127,7 @@ def _hidden(place: tuple[str, str], multiple: float, draw: np.random.Generator, 
     return Hidden(effect, where, size.value(multiple, side))
 
 
-TWO_SIDED = ("asymmetric_friction", "gravity", "valve_null_bias", "valve_flow_asymmetry", "inertia_error", "payload_error", "sensor_offset")
+TWO_SIDED = ("asymmetric_friction", "gravity", "valve_null_bias", "valve_flow_asymmetry", "sensor_offset")
 
 
 def _case(group: str, draw: np.random.Generator, hidden: Sequence[Hidden], multiple: float, chambers: bool, **changes: object) -> Case:

@@ -15,6 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES
 from blind.one_case import finder_digest
 from blind.truth.effects import EFFECTS
@@ -27,6 +29,7 @@ from gap.settings import Settings
 
 DEVELOPMENT_SEED = 900_100
 GATE = 10.0
+AT_MOST = {"payload_error": 2.0, "inertia_error": 4.0}  # kg, kg m²; ten times that is as much as the arm carries
 Place = tuple[str, str]
 
 
@@ -61,7 +64,7 @@ def from_claim(place: Place, visible: float) -> dict[str, Any]:
     free = found.free[0]
     side = -1.0 if found.starts[0][0] < free.start else 1.0
     limit = 0.9 * ((free.start - free.low) if side < 0 else (free.high - free.start))
-    one = side * min(GATE * abs(visible), 0.1 * limit)
+    one = side * min(GATE * abs(visible), 0.1 * limit, AT_MOST.get(place[0], np.inf))
     return _size(place, one, free.start, limit) | {"claimed": visible}
 
 
