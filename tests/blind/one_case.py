@@ -8,6 +8,7 @@ import os
 import re
 import tempfile
 import time
+import traceback
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -91,6 +92,8 @@ def _found(rig: Path, logs: list[Path], holdouts: list[Path], out: Path, setting
         content = find(rig, logs, holdouts, out, lambda line: None, settings).content
     except LongreachError as refused:
         return {"verdict": "refused", "why": str(refused), "findings": [], "gap": None}
+    except Exception:  # a study counts a crash of the search as what it is and goes on
+        return {"verdict": "crashed", "why": traceback.format_exc()[-2000:], "findings": [], "gap": None}
     kept = {key: content[key] for key in ("verdict", "why", "findings", "gap", "next_maneuver", "data")}
     kept["where"] = content["where"][:2]
     kept["alarms"] = [key for key, item in content["parameters"].items() if item["alarm"]]

@@ -50,7 +50,7 @@ def score(case: Case, result: Mapping[str, Any]) -> Score:
         flagged=verdict == "unknown" or (bool(found) and not any(item.get("confirmed") for item in found)),
         parameter_error=_parameter_error(case, found),
         closed=after is not None and after <= CLOSED,
-        refused=verdict in ("refused", "data_problem"),
+        refused=verdict in ("refused", "crashed", "data_problem"),
     )
 
 
