@@ -96,8 +96,9 @@ class Desk:
         """Answers when the arm holds its position. Refused with every check that fails."""
         mode = self._mode()
         if mode is not Mode.DISARMED:
-            advice = "`longreach reset` first." if mode is Mode.FAULT else "It is armed already."
-            raise DaemonError("arming refused", value=mode.name.lower(), limit="disarmed", next_step=advice)
+            advice = {Mode.FAULT: "`longreach reset` first.", Mode.PROVING: "Wait until the proof is over."}
+            text = advice.get(mode, "It is armed already.")
+            raise DaemonError("arming refused", value=mode.name.lower(), limit="disarmed", next_step=text)
         self._refuse_failed("arming refused", [check for check in self._checks if check.reaction is not Reaction.WARN])
         await self._send(Command(Event.ARM), lambda: self._mode() is not Mode.ARMING)
         if self._mode() is not Mode.HOLDING:
@@ -142,8 +143,8 @@ class Desk:
         return {**summary, "countdown_s": start.countdown_s, "log": self.log["path"]}
 
     async def stop(self, params: dict[str, Any]) -> dict[str, Any]:
-        """Controlled stop along the path, then hold; cancels a run that is still being announced."""
-        await self._send(Command(Event.STOP), lambda: self._mode() is not Mode.RUNNING)
+        """Controlled stop along the path, then hold; cancels a run that is still being announced, and ends a proof."""
+        await self._send(Command(Event.STOP), lambda: self._mode() not in (Mode.RUNNING, Mode.PROVING))
         return {"mode": self._mode().name.lower()}
 
     async def estop(self, params: dict[str, Any]) -> dict[str, Any]:

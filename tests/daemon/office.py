@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 from control.signals import Mode
 from daemon.command import Command
 from daemon.desk import Desk
@@ -43,5 +45,9 @@ class Office:
         self.shutdowns += 1
 
 
+_give_way = asyncio.sleep
+
+
 async def at_once(seconds: float) -> None:
     """In place of asyncio.sleep: the loop moves on when it is looked at, not with time."""
+    await _give_way(0)

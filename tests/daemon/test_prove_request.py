@@ -18,6 +18,8 @@ from daemon.cli import prove_command
 from daemon.modes import Event
 from daemon.proof_request import proof_countdown_s
 
+REAL_SLEEP = asyncio.sleep
+
 
 @pytest.fixture(autouse=True)
 def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,6 +97,25 @@ def test_an_armed_rig_is_not_proven(tmp_path: Path) -> None:
         with pytest.raises(DaemonError, match=r"proof refused: holding \(limit: disarmed\). `longreach disarm` first"):
             prove(office)
         assert rig.mode is Mode.HOLDING
+
+
+@pytest.mark.parametrize("verb", ["stop", "disarm", "estop"])
+def test_a_proof_is_ended_by_every_way_of_stopping_and_its_asker_is_told(tmp_path: Path, verb: str) -> None:
+    async def both(office: Office) -> tuple[dict[str, Any], str]:
+        asked = asyncio.create_task(office.desk.prove({"countdown_s": 0.0}))
+        while office.rig.mode is not Mode.PROVING:
+            await REAL_SLEEP(0)
+        with pytest.raises(DaemonError, match=r"arming refused: proving .*Wait until the proof is over"):
+            await office.desk.arm({})
+        ended = await office.desk.methods[verb]({})
+        return await asked, ended["mode"]
+
+    with proving_rig(tmp_path) as (rig, devices):
+        pressure(devices, on=False)
+        answer, mode = asyncio.run(both(released(Office(rig))))
+    assert mode == ("fault" if verb == "estop" else "disarmed")
+    assert not answer["good"]
+    assert any("the proof was given up" in failure for failure in answer["failures"])
 
 
 def test_a_rig_without_such_devices_needs_no_proof(tmp_path: Path) -> None:
