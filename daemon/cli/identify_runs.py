@@ -40,8 +40,8 @@ def on_daemon(client: Client, experiments: Sequence[Experiment], tell: Tell) -> 
             tell(f"  left out: {result.get('reason', '')}")
             if client.call("status")["mode"] != "holding":
                 raise DaemonError("the rig does not hold any more", value=result.get("reason", ""), next_step="See `longreach why`.")
-        elif Path(result["log"]) not in logs:
-            logs.append(Path(result["log"]))
+        else:  # a long recording is cut between two runs: the run is in one of the two
+            logs += [path for path in dict.fromkeys((Path(run["log"]), Path(result["log"]))) if path not in logs]
     return _some(logs, len(experiments))
 
 

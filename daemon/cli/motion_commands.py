@@ -80,12 +80,12 @@ def _request(arguments: argparse.Namespace, joints: list[str]) -> dict[str, Any]
 def _wait(arguments: argparse.Namespace, client: Any, run: dict[str, Any]) -> int:
     if arguments.json:
         result = wait_for(client, run["run"])
-        print(json.dumps({**result, "shaped_moves": [dataclasses.asdict(move) for move in moves_of_run(result)]}))
+        print(json.dumps({**result, "shaped_moves": [dataclasses.asdict(move) for move in moves_of_run(run, result)]}))
     else:
         with Live(console=console(), refresh_per_second=10) as live:
             result = wait_for(client, run["run"], lambda status: live.update(status_view(status)))
         print(f"run {run['run']}: {result['validity']}" + (f", because {result['reason']}" if result.get("reason") else ""))
-        print("".join(f"  {move.text()}\n" for move in moves_of_run(result)), end="")
+        print("".join(f"  {move.text()}\n" for move in moves_of_run(run, result)), end="")
     return 0 if result["validity"] == "valid" else 1
 
 
