@@ -74,7 +74,7 @@ def arm_problem(rig: Rig, tip_gain: float, demands: Demands | None = None) -> Pr
 
 
 def _place(rig: Rig, link: LinkMode, extension_m: float, payload_kg: float) -> Place:
-    frequency = LinkFrequency(link.model_copy(update={"payload_kg": payload_kg})).frequency_Hz(extension_m)
+    frequency = LinkFrequency(link.model_copy(update={"payload_kg": payload_kg, "frequency_map": ()})).frequency_Hz(extension_m)
     settings = (rig.end_point or EndPoint()).model_copy(update={"gain": 1.0})
     return Place(linear_arm(rig, extension_m, payload_kg), scheduled_gain(settings, frequency), frequency > STIFF_HZ)
 
