@@ -1,4 +1,4 @@
-"""`gap find|next|loop|demo`: where model and measurement disagree, what is missing, and which maneuver would tell."""
+"""`gap find|next|loop|study|demo`: where model and measurement disagree, what is missing, and which maneuver would tell."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from daemon.cli import gap_demo, gap_loop, gap_next
+from daemon.cli import gap_demo, gap_loop, gap_next, gap_study
 from daemon.cli.connection import add_json_option
 from daemon.cli.gap_next import advice
 from daemon.cli.progress import teller
@@ -19,6 +19,7 @@ def register(commands: Any) -> None:
     _register_find(verbs)
     gap_next.register(verbs)
     gap_loop.register(verbs)
+    gap_study.register(verbs)
     gap_demo.register(verbs)
 
 
