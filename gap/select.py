@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from config.effect_entry import EffectEntry
 from gap.candidates import candidates
-from gap.compare import paired_t
+from gap.compare import paired_t, separation_t
 from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
 from gap.fit import Fit, fit
 from gap.screen import Screening, Signature, points, screen
@@ -128,7 +128,8 @@ def _decide(state: Search, tried: int) -> Step | None:
     if not passed:
         return None
     best = min(passed, key=lambda trial: trial.cost)
-    rivals = [t for t in passed if t is not best and paired_t(t.holdout, best.holdout) < RIVAL_T and t.gain >= RIVAL_GAIN * best.gain]
+    near = [t for t in passed if t is not best and t.gain >= RIVAL_GAIN * best.gain]
+    rivals = [t for t in near if separation_t(t.holdout, best.holdout) < RIVAL_T]
     simplest = min([best, *rivals], key=lambda t: (len(t.candidate.free), t.cost))
     equals = tuple(t for t in [best, *rivals] if t is not simplest)
     others = tuple(t for t in state.last_trials if t is not simplest and t not in equals)
