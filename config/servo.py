@@ -25,12 +25,17 @@ class JointServo(Section):
     gain: float
     velocity_feedforward: float
     null_bias_V: float = quantity("V", "constant added to the command, opposite to the valve's null bias", 0.0, low=-2, high=2)
+    acceleration_feedforward: float
+    dither_V: float = quantity(
+        "V", "added with the other sign in every cycle; more than half the valve's hysteresis frees the spool of it", 0.0, low=0, high=1
+    )
 
 
 class RotaryServo(JointServo):
     motion: Literal["rotary"] = inferred("from the joint of the same name")
     gain: float = quantity("V/rad", "proportional gain, DC gain of the whole compensator", low=-2000, high=2000)
     velocity_feedforward: float = quantity("V*s/rad", "volts per rate of the reference", 0.0, low=-200, high=200)
+    acceleration_feedforward: float = quantity("V*s^2/rad", "volts per acceleration of the reference", 0.0, low=-20, high=20)
     oil_compensation: RotaryOilCompensation | None = None
 
 
@@ -38,6 +43,7 @@ class LinearServo(JointServo):
     motion: Literal["linear"] = inferred("from the joint of the same name")
     gain: float = quantity("V/m", "proportional gain, DC gain of the whole compensator", low=-1e6, high=1e6)
     velocity_feedforward: float = quantity("V*s/m", "volts per rate of the reference", 0.0, low=-2000, high=2000)
+    acceleration_feedforward: float = quantity("V*s^2/m", "volts per acceleration of the reference", 0.0, low=-200, high=200)
     oil_compensation: LinearOilCompensation | None = None
 
 

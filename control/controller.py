@@ -39,9 +39,13 @@ class Controller:
         self._servos = [JointServo(joint, rig.servo[name], self._period_s) for name, joint in rig.joints.items()]
         self._limits = [ReferenceLimit(joint.travel, joint.rate_limit, self._period_s) for joint in joints]
         link, feedback = rig.link_mode, rig.end_point
-        self._end_point = EndPointFeedback(feedback, link, self._period_s) if feedback is not None and link is not None else None
-        self._rotary, self._prismatic = (list(rig.joints).index(name) if self._end_point else 0 for name in ("rotary", "prismatic"))
+        self._end_point: EndPointFeedback | None = None
+        self._rotary, self._prismatic = 0, 0
+        if feedback is not None and link is not None:
+            self._rotary, self._prismatic = (list(rig.joints).index(name) for name in ("rotary", "prismatic"))
+            self._end_point = EndPointFeedback(feedback, link, joints[self._prismatic].travel, self._period_s)
         self._corrections = [0.0] * len(joints)  # added to the joints' errors by the end-point feedback
+        self._reference_rate = [0.0] * len(joints)
         self._engaged = False
         self._target = [nan] * len(joints)
         self._reference = [nan] * len(joints)
@@ -73,20 +77,29 @@ class Controller:
 
     def _feed_back(self, end_point: EndPointFeedback, inputs: Inputs) -> None:
         rotary, prismatic = self._servos[self._rotary], self._servos[self._prismatic]
-        extension = (prismatic.position, prismatic.velocity)
-        self._corrections[self._rotary] = end_point.step(inputs.tip_deflection_m, inputs.tip_acceleration_mps2, extension, rotary.velocity)
+        measured = (prismatic.position, prismatic.velocity, rotary.velocity)
+        rates = self._reference_rate
+        planned = (self._reference[self._prismatic], rates[self._prismatic], rates[self._rotary])
+        tip = (inputs.tip_deflection_m, inputs.tip_acceleration_mps2)
+        self._corrections[self._rotary] = end_point.step(tip, measured, planned)
+
+    @property
+    def _tip_correction(self) -> float:
+        return self._corrections[self._rotary] if self._end_point is not None else nan
 
     def _off(self) -> Outputs:
         if self._end_point is not None:
             self._end_point.release()
+            self._corrections[self._rotary] = 0.0
         self._engaged = False
         self._motion = None
         outputs = []
         for j, servo in enumerate(self._servos):
             servo.release()
             self._target[j] = self._reference[j] = servo.position
+            self._reference_rate[j] = 0.0
             outputs.append(JointOutput(servo.position, 0.0, servo.position, 0.0, servo.velocity, 0.0))
-        return Outputs(tuple(outputs), 0, False, False)
+        return Outputs(tuple(outputs), 0, False, False, self._tip_correction)
 
     def _engage(self) -> bool:
         """Hold where the arm is. Not before every joint has had a good sample since the start."""
@@ -115,7 +128,8 @@ class Controller:
         if motion.done:
             self._motion = None
             self._target[:] = self._reference
-        return Outputs(outputs, motion.segment, motion.done and mode == Mode.RUNNING, motion.done and mode == Mode.STOPPING)
+        finished, stopped = motion.done and mode == Mode.RUNNING, motion.done and mode == Mode.STOPPING
+        return Outputs(outputs, motion.segment, finished, stopped, self._tip_correction)
 
     def _joint(self, j: int, motion: Motion) -> JointOutput:
         servo, limit = self._servos[j], self._limits[j]
@@ -123,17 +137,18 @@ class Controller:
         rate = motion.reference_rate[j]
         if reference != motion.reference[j]:
             rate = clamp(rate, -limit.rate_limit, limit.rate_limit) if limit.low < reference < limit.high else 0.0
-        self._target[j], self._reference[j] = motion.target[j], reference
+        self._target[j], self._reference[j], self._reference_rate[j] = motion.target[j], reference, rate
         servo.step(reference, rate, motion.volts[j], self._corrections[j])
         return JointOutput(motion.target[j], motion.target_rate[j], reference, rate, servo.velocity, servo.command_V)
 
     def _hold(self, inputs: Inputs) -> Outputs:
         outputs = []
         for j, servo in enumerate(self._servos):
+            self._reference_rate[j] = 0.0
             servo.step(self._reference[j], 0.0, 0.0, self._corrections[j])
             outputs.append(JointOutput(self._target[j], 0.0, self._reference[j], 0.0, servo.velocity, servo.command_V))
         finished = inputs.mode == Mode.RUNNING and inputs.run == self._started_run and inputs.run != 0
-        return Outputs(tuple(outputs), 0, finished, inputs.mode == Mode.STOPPING)
+        return Outputs(tuple(outputs), 0, finished, inputs.mode == Mode.STOPPING, self._tip_correction)
 
     def snapshot(self) -> dict[str, Any]:
         """The whole state as JSON-able values; floats keep every bit through JSON."""
@@ -142,6 +157,7 @@ class Controller:
             "engaged": self._engaged,
             "target": [value if isfinite(value) else None for value in self._target],
             "reference": [value if isfinite(value) else None for value in self._reference],
+            "reference_rate": list(self._reference_rate),
             "bounds": [[limit.low, limit.high] for limit in self._limits],
             "servos": [servo.snapshot() for servo in self._servos],
             "end_point": self._end_point.snapshot() if self._end_point is not None else None,
@@ -161,6 +177,7 @@ class Controller:
         self._engaged = bool(state["engaged"])
         self._target = [nan if value is None else value for value in state["target"]]
         self._reference = [nan if value is None else value for value in state["reference"]]
+        self._reference_rate = list(state.get("reference_rate", self._reference_rate))  # none in a log of an earlier version
         for limit, (low, high) in zip(self._limits, state["bounds"], strict=True):
             limit.low, limit.high = low, high
         for servo, saved in zip(self._servos, state["servos"], strict=True):

@@ -1,6 +1,8 @@
 """Reflected-tip feedback: the rotary joint moves so that it damps the flexible link (Wang and Vidyasagar, positive deformation feedback).
 
-    w_f += (1 − e^{−2π f_r T}) (w − w_f);   correction = g(L) · w_f / L   is added to the rotary error
+    w_f += (1 − e^{−2π f_r T}) (w − ŵ − w_f);   correction = g(L) · w_f / L   is added to the rotary error
+
+ŵ is the deflection that the reference motion causes by itself (`control.expected_deflection`).
 
 With a rate-type joint this damps the first mode for every joint gain; the second mode has the wrong sign where payload is small or
 the arm retracted, hence the low-pass and the gain that goes to 0 as the link gets stiff. The whole correction is faded in after
@@ -15,6 +17,7 @@ from typing import Any
 from config.end_point import EndPoint
 from config.rig import LinkMode
 from control.estimator import TipEstimator
+from control.expected_deflection import ExpectedDeflection
 from control.limits import clamp
 from control.link_mode import LinkFrequency
 
@@ -28,15 +31,17 @@ def scheduled_gain(settings: EndPoint, frequency_Hz: float) -> float:
 class EndPointFeedback:
     """The correction of the rotary error in rad. One `step` a cycle while the servo is engaged, `release` otherwise."""
 
-    __slots__ = ("_estimator", "_fade", "_filtered_m", "_frequency", "_in_step", "_out_step", "_settings", "_share")
+    __slots__ = ("_estimator", "_expected", "_fade", "_filtered_m", "_frequency", "_in_step", "_out_step", "_settings", "_share", "_travel")
 
-    def __init__(self, settings: EndPoint, link: LinkMode, period_s: float) -> None:
-        self._settings = settings
+    def __init__(self, settings: EndPoint, link: LinkMode, travel: tuple[float, float], period_s: float) -> None:
+        """`travel` of the prismatic joint (m): a broken sample of the extension must not become a frequency."""
+        self._settings, self._travel = settings, travel
         self._frequency = LinkFrequency(link)
         self._share = 1.0 - exp(-2.0 * pi * settings.roll_off_Hz * period_s)
         self._in_step = period_s / settings.fade_s
         self._out_step = period_s / settings.loss_fade_s
         self._estimator = TipEstimator(settings, link, period_s) if settings.source == "acceleration" else None
+        self._expected = ExpectedDeflection(link, period_s)
         self._filtered_m = 0.0
         self._fade = 0.0
 
@@ -45,29 +50,35 @@ class EndPointFeedback:
         self._filtered_m = self._fade = 0.0
         if self._estimator is not None:
             self._estimator.reset()
+        self._expected.reset()
 
-    def step(self, deflection_m: float, acceleration: float, extension: tuple[float, float], rotary_rate: float) -> float:
-        """One cycle: tip signals (NaN where lost; m, m/s²), extension and its rate (m, m/s), rotary rate (rad/s)."""
-        length, length_rate = extension
+    def step(self, tip: tuple[float, float], measured: tuple[float, float, float], planned: tuple[float, float, float]) -> float:
+        """One cycle. `tip`: deflection and acceleration (NaN where lost; m, m/s²); `measured` and `planned`: extension, its rate, rotary
+        rate (m, m/s, rad/s).
+        """
+        (deflection_m, acceleration), (extension_m, length_rate, rotary_rate) = tip, measured
+        length = clamp(extension_m, *self._travel)
         if self._estimator is not None:
             good = isfinite(acceleration)
             deflection_m = self._estimator.step(acceleration, length, length_rate, rotary_rate)
         else:
             good = isfinite(deflection_m)
+        limit_m = self._settings.limit_rad * length
+        expected_m = self._expected.step(clamp(planned[0], *self._travel), planned[1], planned[2])
         if good:
-            self._filtered_m += self._share * (deflection_m - self._filtered_m)
+            self._filtered_m += self._share * (clamp(deflection_m - expected_m, -limit_m, limit_m) - self._filtered_m)
             self._fade = min(1.0, self._fade + self._in_step)
         else:
             self._fade = max(0.0, self._fade - self._out_step)
-        limit = self._settings.limit_rad
         gain = scheduled_gain(self._settings, self._frequency.frequency_Hz(length))
-        return self._fade * gain * clamp(self._filtered_m / length, -limit, limit)
+        return self._fade * gain * self._filtered_m / length
 
     def snapshot(self) -> dict[str, Any]:
         estimator = self._estimator.snapshot() if self._estimator is not None else None
-        return {"filtered": self._filtered_m, "fade": self._fade, "estimator": estimator}
+        return {"filtered": self._filtered_m, "fade": self._fade, "estimator": estimator, "expected": self._expected.snapshot()}
 
     def restore(self, state: dict[str, Any]) -> None:
         self._filtered_m, self._fade = state["filtered"], state["fade"]
         if self._estimator is not None:
             self._estimator.restore(state["estimator"])
+        self._expected.restore(state["expected"])

@@ -1,8 +1,8 @@
 """Tip deflection from the tip accelerometer: a Kalman filter on the link's first mode, for rigs without a deflection sensor.
 
-With v = ẇ + α θ̇ the joint's acceleration is not needed (α ≈ L for a payload, (M L + 11/40 m L²)/(M + 33/140 m L) exactly):
+State (w, v) and its motion: see `control.link_motion`. Measured is
 
-    ẇ = v − α θ̇,   v̇ = −ω² w − 2ζω (v − α θ̇) − L̇ θ̇,   y = −ω² w − 2ζω (v − α θ̇) + b
+    y = −ω² w − 2ζω (v − α θ̇) + b
 
 y is the accelerometer, b its bias. w is seen through the link's stiffness, not by integrating twice, so the bias cannot make it drift.
 Left out of y: (L − α) θ̈, 0.4 % of L θ̈ with 45 lb.
@@ -16,6 +16,7 @@ from typing import Any
 from config.end_point import EndPoint
 from config.rig import LinkMode
 from control.link_mode import LinkFrequency
+from control.link_motion import carried_arm, one_period
 
 START_VARIANCE = (1e-6, 1e-4, 0.01)  # m², m²/s², (m/s²)²: 1 mm, 1 cm/s and 10 mg
 # What the model does not know, as spectral densities: 0.3 m/s² in 100 Hz of unknown acceleration, and a bias that wanders 1 mg in a minute.
@@ -26,13 +27,11 @@ BIAS_DENSITY = 1.6e-6
 class TipEstimator:
     """State (w, v, b) and its covariance, all plain floats. `step` gives the deflection in m."""
 
-    __slots__ = ("_damping_ratio", "_frequency", "_mass_per_length", "_noise", "_p", "_payload", "_period_s", "_x")
+    __slots__ = ("_frequency", "_link", "_noise", "_p", "_period_s", "_x")
 
     def __init__(self, settings: EndPoint, link: LinkMode, period_s: float) -> None:
         self._frequency = LinkFrequency(link)
-        self._damping_ratio = link.damping_ratio
-        self._payload = link.payload_kg
-        self._mass_per_length = link.mass_per_length_kg_per_m
+        self._link = link
         self._period_s = period_s
         self._noise = settings.acceleration_noise_m_per_s2**2
         self._x = [0.0, 0.0, 0.0]
@@ -52,12 +51,14 @@ class TipEstimator:
     def step(self, acceleration: float, length: float, length_rate: float, rotary_rate: float) -> float:
         """Correct with this cycle's sample (m/s²; NaN: lost, predict only), then predict to the next; returns w (m) at the sample."""
         omega = self._frequency.omega_d(length)
-        drag = 2.0 * self._damping_ratio * omega
-        line = self._mass_per_length * length
-        arm = length * (self._payload + 11.0 / 40.0 * line) / (self._payload + 33.0 / 140.0 * line)
+        drag = 2.0 * self._link.damping_ratio * omega
+        arm = carried_arm(self._link, length)
         if isfinite(acceleration):
             self._correct(acceleration - drag * arm * rotary_rate, -omega * omega, -drag)
         w = self._x[0]
+        if not isfinite(w):  # a broken sample of a position or rate: begin again
+            self.reset()
+            return 0.0
         self._predict(omega, drag, arm * rotary_rate, length_rate * rotary_rate)
         return w
 
@@ -79,9 +80,8 @@ class TipEstimator:
         c, s = cos(omega * t), sin(omega * t)
         a, b, d = c, s / omega, -omega * s
         keep = 1.0 - drag * t
-        w, v, bias = self._x
-        speed = v - carried
-        self._x = [a * w + b * speed, carried + keep * (d * w + c * speed) - t * swept, bias]
+        w, v = one_period((self._x[0], self._x[1]), omega, drag, carried, swept, t)
+        self._x = [w, v, self._x[2]]
         ww, wv, wb, vv, vb, bb = self._p
         d, c = d * keep, c * keep
         q = ACCELERATION_DENSITY * t

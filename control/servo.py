@@ -1,6 +1,7 @@
 """One joint's servo: lag-lead on the error, feed-forward of the reference rate, null bias, limits with anti-windup.
 
-u = C(z)·(reference − position + correction) + k_ff · reference rate + bias + excitation [+ compensation of the oil's temperature]
+u = C(z)·(reference − position + correction) + k_v · reference rate + k_a · reference acceleration + bias + excitation ± dither
+    [+ compensation of the oil's temperature]
 """
 
 from __future__ import annotations
@@ -27,14 +28,17 @@ class JointServo:
     """
 
     __slots__ = (
-        "_bias", "_bias_step", "_command_limit", "_compensator", "_feedforward", "_full_bias", "_oil", "_travel", "_velocity",
-        "command_V", "position",
+        "_acceleration_gain", "_bias", "_bias_step", "_command_limit", "_compensator", "_dither", "_feedforward", "_full_bias", "_oil",
+        "_rate_before", "_travel", "_velocity", "command_V", "position",
     )  # fmt: skip
 
     def __init__(self, joint: AnyJoint, servo: AnyServo, period_s: float) -> None:
         corners = [(section.zero_rad_per_s, section.pole_rad_per_s) for section in servo.sections]
         self._compensator = LagLead(servo.gain, corners, period_s)
         self._feedforward = servo.velocity_feedforward
+        self._acceleration_gain = servo.acceleration_feedforward / period_s
+        self._rate_before = 0.0
+        self._dither = servo.dither_V
         self._command_limit = CommandLimit(joint.command_limit_V, joint.command_rate_limit_V_per_s, period_s)
         self._velocity = VelocityEstimate(servo.velocity_filter_Hz, period_s)
         self._full_bias = servo.null_bias_V
@@ -72,6 +76,8 @@ class JointServo:
     def engage(self) -> None:
         """Start at rest with the reference at the measured position: the command goes on from where it is."""
         self._compensator.preload(0.0, self.command_V)
+        self._rate_before = 0.0
+        self._dither = abs(self._dither)
 
     def step(self, reference: float, reference_rate: float, excitation_V: float, correction: float = 0.0) -> None:
         """One cycle; the result is in `command_V`. `correction` comes from the end-point feedback."""
@@ -84,6 +90,12 @@ class JointServo:
         wanted = self._compensator.step(error) + self._feedforward * reference_rate + self._bias + (excitation_V if inside else 0.0)
         if self._oil is not None:
             wanted += self._oil.volts(reference_rate)
+        if self._acceleration_gain != 0.0:
+            wanted += self._acceleration_gain * (reference_rate - self._rate_before)
+            self._rate_before = reference_rate
+        if self._dither != 0.0:
+            wanted += self._dither
+            self._dither = -self._dither
         limited = self._command_limit.apply(wanted, self.command_V)
         if limited != wanted:
             self._compensator.condition(error, limited - wanted)
@@ -97,6 +109,8 @@ class JointServo:
             "bias": self._bias,
             "oil": self._oil.snapshot() if self._oil is not None else None,
             "position": position,
+            "rate_before": self._rate_before,
+            "dither_V": self._dither,
             "command_V": self.command_V,
         }
 
@@ -107,4 +121,6 @@ class JointServo:
         if self._oil is not None and state.get("oil") is not None:  # none in a log of a rig without compensation
             self._oil.restore(state["oil"])
         self.position = nan if state["position"] is None else state["position"]
+        self._rate_before = state.get("rate_before", 0.0)  # neither is in a log of an earlier version
+        self._dither = state.get("dither_V", self._dither)
         self.command_V = state["command_V"]

@@ -102,8 +102,7 @@ def set_up_shaper(rig: Rig, choice: ShaperChoice, extensions: Extensions | None)
     if choice.kind == "none":
         return ShaperSetup("none", (), period_s)
     shaped = tuple(joint_index(joints, name, WHERE) for name in choice.joints or (joints[0].name,))
-    damped = rig.end_point.frequency_ratio if rig.end_point else 1.0  # feedback makes the mode slower than the clamped link
-    link = LinkFrequency(rig.link_mode, choice.frequency_scale * damped) if rig.link_mode else None
+    link = LinkFrequency(rig.link_mode, choice.frequency_scale) if rig.link_mode else None
     if choice.kind in ADAPTIVE:
         return _adaptive(choice, shaped, period_s, link, joints, extensions)
     omega = _focal_omega(choice, link, extensions)

@@ -45,9 +45,13 @@ class JointOutput:
 
 @dataclass(slots=True)
 class Outputs:
-    """One cycle's result. `finished`: the run's program and shaper have come to rest; `stopped`: a controlled stop has."""
+    """One cycle's result. `finished`: the run's program and shaper have come to rest; `stopped`: a controlled stop has.
+
+    `tip_correction_rad`: what the end-point feedback added to the rotary error; NaN on a rig without it.
+    """
 
     joints: tuple[JointOutput, ...]
     segment: int
     finished: bool
     stopped: bool
+    tip_correction_rad: float

@@ -11,7 +11,7 @@ from control.oil_compensation import temperature_signals
 from control.run_plan import RunPlan
 from control.signals import Inputs, Mode, Outputs
 from daemon.facts import Facts
-from recording.fields import field_of_signal
+from recording.fields import TIP_CORRECTION, field_of_signal
 
 
 class ControllerPort:
@@ -23,6 +23,7 @@ class ControllerPort:
         self._cycle, self._mode, self._run, self._segment = map(at, ("cycle", "mode", "maneuver", "segment"))
         self.positions = tuple(at(f"{joint}.position") for joint in rig.joints)
         self._deflection, self._acceleration = at("tip.deflection_m"), at("tip.acceleration_mps2")
+        self._correction = at(TIP_CORRECTION)
         self._oil = tuple(at(field_of_signal(name)) if name else -1 for name in temperature_signals(rig))
         self._oil_used = max(self._oil) >= 0
         names = ("target", "target_rate", "reference", "reference_rate", "velocity", "command_V", "following_error")
@@ -36,6 +37,7 @@ class ControllerPort:
         oil = tuple([values[index] if index >= 0 else nan for index in self._oil]) if self._oil_used else ()
         outputs = self._controller.step(Inputs(int(values[self._cycle]), int(mode), run, position, deflection, acceleration, oil))
         values[self._mode], values[self._run], values[self._segment] = int(mode), run, outputs.segment
+        values[self._correction] = outputs.tip_correction_rad
         for number, joint in enumerate(outputs.joints):
             target, target_rate, reference, reference_rate, velocity, command, following = self._joints[number]
             values[target], values[target_rate] = joint.target, joint.target_rate

@@ -51,6 +51,7 @@ _JOINT_FIELDS = (
 _TIP_FIELDS = (
     ("acceleration_mps2", "m/s^2", "transverse acceleration at the tip"),
     ("deflection_m", "m", "transverse deflection of the tip, positive towards growing rotary angle"),
+    ("correction_rad", "rad", "added to the error of the rotary servo by the end-point feedback"),
 )
 _RIG_FIELDS = (("reservoir_temperature_C", "degC", "oil temperature in the reservoir"),)
 
@@ -67,7 +68,8 @@ _JOINT_SIGNALS = {
 _TIP_SIGNALS = {"acceleration": "acceleration_mps2", "deflection": "deflection_m"}
 _RIG_SIGNALS = {"reservoir_temperature": "reservoir_temperature_C"}
 
-# What Controller.step computes for a joint: the columns that re-execution compares bit for bit.
+# What Controller.step computes for the tip and for a joint: the columns that re-execution compares bit for bit.
+TIP_CORRECTION = "tip.correction_rad"
 CONTROLLER_FIELDS = ("target", "target_rate", "reference", "reference_rate", "velocity", "command_V")
 
 

@@ -25,7 +25,7 @@ from control.oil_compensation import temperature_signals
 from control.planning import plan_run
 from control.run_request import RunRequest
 from control.signals import Inputs
-from recording.fields import CONTROLLER_FIELDS, field_of_signal
+from recording.fields import CONTROLLER_FIELDS, TIP_CORRECTION, field_of_signal
 from recording.reader import Log, read_log
 
 Values = npt.NDArray[np.float64]
@@ -123,7 +123,7 @@ def _run(log: Log, rig: Rig, end: int) -> dict[str, Values]:
     controller = Controller(rig)
     _restore(controller, log)
     joints = log.layout.joint_names
-    names = ["segment", *(f"{joint}.{name}" for joint in joints for name in CONTROLLER_FIELDS)]
+    names = ["segment", TIP_CORRECTION, *(f"{joint}.{name}" for joint in joints for name in CONTROLLER_FIELDS)]
     rows: list[list[float]] = []
     prepared = 0
     for inputs in _inputs(log, rig, end):
@@ -131,9 +131,10 @@ def _run(log: Log, rig: Rig, end: int) -> dict[str, Values]:
             controller.prepare(plan_run(rig, _request(log, inputs.run)))
             prepared = inputs.run
         outputs = controller.step(inputs)
-        rows.append([outputs.segment, *(getattr(joint, name) for joint in outputs.joints for name in CONTROLLER_FIELDS)])
+        of_joints = (getattr(joint, name) for joint in outputs.joints for name in CONTROLLER_FIELDS)
+        rows.append([outputs.segment, outputs.tip_correction_rad, *of_joints])
     table = np.array(rows, dtype=np.float64).reshape(len(rows), len(names))
-    return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
+    return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names) if log.layout.has(name)}
 
 
 def _restore(controller: Controller, log: Log) -> None:

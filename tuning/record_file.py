@@ -83,13 +83,14 @@ def as_dict(found: Identification) -> dict[str, Any]:
             {"varied": each.varied, "count": each.count, "spread_dB": each.spread[0], "spread_deg": each.spread[1]} for each in found.bounds
         ],
         "links": [_link_numbers(link) for link in found.links],
+        "oil": {joint: [{name: getattr(row, name) for name in row.__slots__} for row in rows] for joint, rows in found.oil.items()},
         "refused": found.refused,
     }
 
 
 def _link(found: Identification, link: LinkFound) -> dict[str, Any]:
-    """Quantities as a user writes them. With end-point feedback the ringing is not the link's own, so the clamped frequencies count
-    (the rig file's frequency_ratio takes care of the feedback)."""
+    """Quantities as a user writes them. With end-point feedback the ringing is not the link's own, so the clamped frequencies count:
+    the feedback leaves alone what the reference causes, and filters are made for the clamped link."""
     best = link.payload[0]
     content: dict[str, Any] = {"payload": f"{best.payload_kg:.6g} kg", "payload_uncertainty": f"{best.uncertainty_kg:.3g} kg"}
     if link.map is None:

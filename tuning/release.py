@@ -55,7 +55,7 @@ def release(rig: Rig, place: Place, servo: Servo, seconds: float = 20.0, angle: 
     plant.reset([angle, place.extension_m], place.temperature_C)
     period_s = 1.0 / rig.loop.rate_Hz
     rotary, prismatic = _rotary_servo(rig, servo, period_s), JointServo(rig.joints[PRISMATIC], rig.servo[PRISMATIC], period_s)
-    feedback = _feedback(rig, servo, place, period_s)
+    feedback = _feedback(rig, servo, period_s)
     count = round(seconds / period_s)
     angles, tips = np.empty(count), np.empty(count)
     for n in range(count):
@@ -63,12 +63,20 @@ def release(rig: Rig, place: Place, servo: Servo, seconds: float = 20.0, angle: 
         tips[n] = plant.true_signal("tip.deflection")
         rotary.measure(float(angles[n]))
         prismatic.measure(extension)
-        correction = feedback.step(float(tips[n]), nan, (extension, prismatic.velocity), rotary.velocity) if feedback else 0.0
+        measured, planned = (extension, prismatic.velocity, rotary.velocity), (place.extension_m, 0.0, 0.0)
+        correction = feedback.step((float(tips[n]), nan), measured, planned) if feedback else 0.0
         sign = -1.0 if servo.tip_gain < 0.0 else 1.0
         rotary.step(0.0, 0.0, 0.0, sign * correction)
         prismatic.step(place.extension_m, 0.0, 0.0)
         plant.advance([rotary.command_V, prismatic.command_V], period_s)
     return _judged(np.arange(count, dtype=np.float64) * period_s, angles, tips, period_s)
+
+
+def servo_of(rig: Rig) -> Servo:
+    """The rotary servo of the rig file."""
+    servo, feedback = rig.servo[ROTARY], rig.end_point
+    sections = tuple((section.zero_rad_per_s, section.pole_rad_per_s) for section in servo.sections)
+    return Servo(servo.gain, sections, feedback.gain, feedback.roll_off_Hz) if feedback is not None else Servo(servo.gain, sections)
 
 
 def _rotary_servo(rig: Rig, servo: Servo, period_s: float) -> JointServo:
@@ -77,13 +85,13 @@ def _rotary_servo(rig: Rig, servo: Servo, period_s: float) -> JointServo:
     return JointServo(rig.joints[ROTARY], settings.model_copy(update={"gain": servo.gain, "sections": sections}), period_s)
 
 
-def _feedback(rig: Rig, servo: Servo, place: Place, period_s: float) -> EndPointFeedback | None:
-    """The running feedback with the true payload; a negative gain (true tip) is made by its mirror image."""
+def _feedback(rig: Rig, servo: Servo, period_s: float) -> EndPointFeedback | None:
+    """The running feedback with the payload that the rig file believes in; a negative gain (true tip) is made by its mirror image."""
     if servo.tip_gain == 0.0 or rig.link_mode is None:
         return None
     base = rig.end_point or EndPoint()
     settings = base.model_copy(update={"gain": abs(servo.tip_gain), "roll_off_Hz": servo.roll_off_Hz})
-    return EndPointFeedback(settings, rig.link_mode.model_copy(update={"payload_kg": place.payload_kg}), period_s)
+    return EndPointFeedback(settings, rig.link_mode, rig.joints[PRISMATIC].travel, period_s)
 
 
 def _judged(t: Floats, angles: Floats, tips: Floats, period_s: float) -> Release:

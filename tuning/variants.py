@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from typing import Any
 
 from config.errors import PlantError
@@ -14,6 +15,12 @@ def plant_of(rig: Rig) -> Plant:
     if rig.plant is None:
         raise PlantError("the rig has no section 'plant'", where=rig.name, next_step="The simulated backend needs one.")
     return rig.plant
+
+
+def as_in_1997(rig: Rig) -> Rig:
+    """The servo of the published figures: 0.35 V/deg and velocity feed-forward on the rotary joint, no end-point feedback, no dither."""
+    plain = with_servo(rig, "rotary", gain=degrees(0.35), sections=(), acceleration_feedforward=0.0, dither_V=0.0, oil_compensation=None)
+    return plain.model_copy(update={"end_point": None})
 
 
 def without_effect(rig: Rig, effect: str) -> Rig:

@@ -8,7 +8,7 @@ from small_rig import SMALL, changed
 from config.errors import ConfigError, Refusal
 from config.load import maneuver_from_text, rig_from_text
 
-SERVO_KEYS = "sections, velocity_filter, gain, velocity_feedforward, null_bias, oil_compensation"
+SERVO_KEYS = "sections, velocity_filter, gain, velocity_feedforward, null_bias, acceleration_feedforward, dither, oil_compensation"
 
 ONE_PROBLEM = {
     "unknown key": (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -17,11 +19,13 @@ from config.rig import Rig
 
 def test_a_value_changes_and_its_comment_stays() -> None:
     text = load_rig("ornl_testbed").text
-    after = apply_overrides(text, ["servo.rotary.gain=0.5 V/deg"])
+    before = re.search(r"gain: (\S+ V/deg)", text)
+    assert before is not None
+    after = apply_overrides(text, ["servo.rotary.gain=0.27 V/deg"])
     differing = [(old, new) for old, new in zip(text.splitlines(), after.splitlines(), strict=True) if old != new]
     assert len(differing) == 1
-    assert differing[0][1] == differing[0][0].replace("0.35 V/deg", "0.5 V/deg", 1)
-    assert rig_from_text(after).servo["rotary"].gain == pytest.approx(rig_from_text(text).servo["rotary"].gain * 0.5 / 0.35)
+    assert differing[0][1] == differing[0][0].replace(before[1], "0.27 V/deg", 1)
+    assert rig_from_text(after).servo["rotary"].gain == pytest.approx(0.27 * 180 / math.pi)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
-"""The shipped testbed and the paper's line."""
+"""The testbed with the plain servo of 1997 (proportional, no end-point feedback), whose answers are known in closed form; the line."""
 
 from __future__ import annotations
 
+from math import degrees
 from typing import Any
 
 import pytest
@@ -13,7 +14,10 @@ from config.rig import Rig
 
 @pytest.fixture(scope="session")
 def rig() -> Rig:
-    return load_rig(find("rigs", "ornl_testbed")).rig
+    shipped_rig = load_rig(find("rigs", "ornl_testbed")).rig
+    changes = {"gain": degrees(0.35), "acceleration_feedforward": 0.0, "dither_V": 0.0}
+    plain = shipped_rig.servo["rotary"].model_copy(update=changes)
+    return shipped_rig.model_copy(update={"servo": {**shipped_rig.servo, "rotary": plain}, "end_point": None})
 
 
 @pytest.fixture(scope="session")

@@ -3,33 +3,37 @@
 from __future__ import annotations
 
 import json
-from math import exp, nan, pi, sin
+from math import exp, isnan, nan, pi, sin
 
 import numpy as np
 import pytest
 
 from config.end_point import EndPoint
-from config.load import find, load_maneuver, load_rig, rig_from_text
-from config.maneuver import maneuver_content
+from config.load import find, load_rig, rig_from_text
+from config.overrides import apply_overrides
 from config.rig import LinkMode, Rig
 from control.controller import Controller
 from control.end_point import EndPointFeedback, scheduled_gain
 from control.estimator import TipEstimator
-from control.planning import plan_run
-from control.run_request import RunRequest
 from control.signals import Inputs, Mode
 
 PERIOD_S = 0.001
 LINK = LinkMode(bending_stiffness=3556.75, mass_per_length=2.545698, payload=20.41, damping_ratio=0.005)
 INCH = 0.0254
+TRAVEL = (12 * INCH, 60 * INCH)
 
 
 def _feedback(**changes: object) -> EndPointFeedback:
-    return EndPointFeedback(EndPoint(**changes), LINK, PERIOD_S)  # type: ignore[arg-type]
+    return EndPointFeedback(EndPoint(**changes), LINK, TRAVEL, PERIOD_S)  # type: ignore[arg-type]
+
+
+def _step(feedback: EndPointFeedback, deflection: float, length: float = 1.2) -> float:
+    """One cycle with the joints at rest."""
+    return feedback.step((deflection, nan), (length, 0.0, 0.0), (length, 0.0, 0.0))
 
 
 def _run(feedback: EndPointFeedback, deflection: float, cycles: int, length: float = 1.2) -> list[float]:
-    return [feedback.step(deflection, nan, (length, 0.0), 0.0) for _ in range(cycles)]
+    return [_step(feedback, deflection, length) for _ in range(cycles)]
 
 
 def test_settled_correction_is_gain_times_tip_angle() -> None:
@@ -39,7 +43,7 @@ def test_settled_correction_is_gain_times_tip_angle() -> None:
 def test_roll_off_is_first_order_at_its_corner() -> None:
     """Amplitude 1/√2 at 15 Hz, after the fade."""
     feedback = _feedback()
-    out = [feedback.step(0.01 * sin(2 * pi * 15 * n * PERIOD_S), nan, (1.2, 0.0), 0.0) for n in range(3000)]
+    out = [_step(feedback, 0.01 * sin(2 * pi * 15 * n * PERIOD_S)) for n in range(3000)]
     assert max(out[2000:]) == pytest.approx(0.5 * 0.01 / 1.2 / 2**0.5, rel=0.04)
 
 
@@ -72,33 +76,25 @@ def test_tip_angle_is_limited() -> None:
 
 def _rig(source: str) -> Rig:
     text = load_rig(find("rigs", "ornl_testbed")).text
-    return rig_from_text(f"{text}\nend_point:\n  source: {source}\n")
+    return rig_from_text(apply_overrides(text, [f"end_point.source={source}", "servo.rotary.dither=0 V"]))
 
 
-def test_command_filters_are_made_for_the_damped_mode() -> None:
-    """`frequency_ratio` scales the focal frequency of every filter that takes it from the link, and not one given in Hz."""
-    text = load_rig(find("rigs", "ornl_testbed")).text
-    maneuver = maneuver_content(load_maneuver(find("maneuvers", "paper_line")).maneuver)
-    plain, damped = rig_from_text(text), rig_from_text(f"{text}\nend_point:\n  frequency_ratio: 0.8\n")
-    for shaper, ratio in (({"kind": "zvd"}, 0.8), ({"kind": "zvd", "frequency_Hz": 3.0}, 1.0)):
-        focal = [plan_run(rig, RunRequest(1, maneuver, shaper)).shaper.focal_Hz for rig in (plain, damped)]
-        assert focal[1] == pytest.approx(ratio * (focal[0] or 0.0))
-
-
-def test_rig_without_the_section_ignores_the_tip() -> None:
-    controller = Controller(load_rig(find("rigs", "ornl_testbed")).rig)
+def test_rig_without_the_section_ignores_the_tip(rig: Rig) -> None:
+    controller = Controller(rig)
     out = [controller.step(Inputs(n, Mode.HOLDING, 0, (0.1, 1.2), 0.02, 3.0)) for n in range(600)][-1]
     assert out.joints[0].command_V == 0.0
+    assert isnan(out.tip_correction_rad)
 
 
 def test_controller_pushes_the_joint_towards_the_deflection() -> None:
     """+ deflection means the tip is ahead: the joint follows it, by gain · w/L times the servo's 0.35 V/deg."""
     controller = Controller(_rig("deflection"))
     out = [controller.step(Inputs(n, Mode.HOLDING, 0, (0.1, 1.2), 0.012, nan)) for n in range(1000)][-1]
-    assert out.joints[0].command_V == pytest.approx(0.35 * 180 / pi * 0.5 * 0.012 / 1.2, rel=1e-3)
+    assert out.joints[0].command_V == pytest.approx(0.35 * 180 / pi * 0.75 * 0.012 / 1.2, rel=1e-3)
+    assert out.tip_correction_rad == pytest.approx(0.75 * 0.012 / 1.2, rel=1e-3)
     assert out.joints[1].command_V == 0.0
     off = controller.step(Inputs(1000, Mode.DISARMED, 0, (0.1, 1.2), 0.012, nan))
-    assert off.joints[0].command_V == 0.0
+    assert (off.joints[0].command_V, off.tip_correction_rad) == (0.0, 0.0)
     again = controller.step(Inputs(1001, Mode.HOLDING, 0, (0.1, 1.2), 0.012, nan))
     assert abs(again.joints[0].command_V) < 1e-3
 

@@ -25,7 +25,7 @@ POINTS = (
 
 def _rig(source: str = "rotary.return_temperature", points: str = POINTS) -> Rig:
     override = f"servo.rotary.oil_compensation={{source: {source}, filter: 0.1 s, friction_rate: 1 deg/s, points: [{points}]}}"
-    return rig_from_text(apply_overrides(TEXT, [override]))
+    return rig_from_text(apply_overrides(TEXT, [override, "servo.rotary.dither=0 V"]))
 
 
 def _table() -> OilCompensation:

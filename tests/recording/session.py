@@ -105,7 +105,7 @@ class Session:
     def _record(self, mode: Mode, position: tuple[float, ...], tip: float, outputs: Outputs) -> None:
         row = self.layout.blank()
         values = {"cycle": self.cycle, "t_s": self.cycle * 1e-3, "mode": int(mode), "maneuver": self.run, "segment": outputs.segment}
-        values |= {"tip.acceleration_mps2": tip, "late_us": 10.0 + self.cycle % 7}
+        values |= {"tip.acceleration_mps2": tip, "tip.correction_rad": outputs.tip_correction_rad, "late_us": 10.0 + self.cycle % 7}
         values |= {signal: 1.0e6 for signal in ("rotary.supply_pressure_Pa", "prismatic.supply_pressure_Pa") if self.layout.has(signal)}
         for name, measured, joint in zip(self.rig.joints, position, outputs.joints, strict=True):
             values[f"{name}.position"] = measured

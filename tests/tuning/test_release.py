@@ -1,4 +1,4 @@
-"""Release tests on the simulated rig: the 5 Hz cycle of the loaded link, and no cycle anywhere with end-point feedback or as shipped."""
+"""Release tests on the simulated rig: the 5 Hz cycle of the loaded link, and no vibration that stays anywhere with the shipped defaults."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import pytest
 
 from config.rig import Rig
 from tuning.closed_loop import Servo
-from tuning.release import Place, release
+from tuning.release import Place, release, servo_of
+from tuning.variants import as_in_1997
 
 INCH, POUND, PER_DEG = 0.0254, 0.45359237, degrees(1.0)
 
@@ -22,7 +23,7 @@ def test_unity_gain_cycles_with_the_loaded_link(
     rig: Rig, inches: float, pounds: float, frequency: float, angle: float | None, tip_mm: float | None
 ) -> None:
     """Row 8 and its neighbours: 0.2 Hz, 15 %."""
-    run = release(rig, Place(inches * INCH, pounds * POUND), Servo(PER_DEG))
+    run = release(as_in_1997(rig), Place(inches * INCH, pounds * POUND), Servo(PER_DEG))
     assert run.frequency_Hz == pytest.approx(frequency, abs=0.2)
     if angle is not None:
         assert run.angle_amplitude_deg == pytest.approx(angle, rel=0.15)
@@ -32,15 +33,28 @@ def test_unity_gain_cycles_with_the_loaded_link(
 
 @pytest.mark.parametrize(("gain", "tip", "oscillates"), [(0.7, 0.0, False), (1.0, 0.5, False), (0.35, -0.5, True), (0.35, 0.0, False)])
 def test_what_stops_and_what_starts_the_cycle(rig: Rig, gain: float, tip: float, oscillates: bool) -> None:
-    assert release(rig, Place(30 * INCH, 45 * POUND), Servo(gain * PER_DEG, (), tip)).oscillates == oscillates
+    assert release(as_in_1997(rig), Place(30 * INCH, 45 * POUND), Servo(gain * PER_DEG, (), tip)).oscillates == oscillates
 
 
 PLACES = [(length, payload, t) for length in np.linspace(12, 60, 9) for payload in (0, 10, 20, 45, 60, 75) for t in (20, 30, 40, 60)]
 
 
 @pytest.mark.slow
-def test_no_cycle_in_the_whole_workspace_as_shipped(rig: Rig) -> None:
-    """216 places: 12 to 60 in, 0 to 75 lb, 20 to 60 °C, 2° release. The link rings on with its own 0.5 % damping, but nothing grows."""
+def test_tip_is_quiet_in_the_whole_workspace_as_shipped(rig: Rig) -> None:
+    """216 places: 12 to 60 in, 0 to 75 lb, 20 to 60 °C, 2° release: less than 0.5 mm is left 15 to 20 s later.
+
+    The controller believes in the 45 lb of the rig file everywhere.
+    """
+    assert len(PLACES) >= 200
+    for length, payload, temperature in PLACES:
+        run = release(rig, Place(length * INCH, payload * POUND, temperature), servo_of(rig))
+        assert run.tip_amplitude_m < 5e-4, (length, payload, temperature)
+        assert not run.oscillates, (length, payload, temperature)
+
+
+@pytest.mark.slow
+def test_no_cycle_when_the_deflection_signal_is_lost(rig: Rig) -> None:
+    """The joint's servo alone at every second place: the link rings on with its own 0.5 % damping, but nothing grows."""
     servo = Servo(rig.servo["rotary"].gain)
     for length, payload, temperature in PLACES[::2]:
         run = release(rig, Place(length * INCH, payload * POUND, temperature), servo)
@@ -48,11 +62,3 @@ def test_no_cycle_in_the_whole_workspace_as_shipped(rig: Rig) -> None:
         before = 0.5 * np.ptp(run.deflection_m[2 * quarter : 3 * quarter])
         assert run.tip_amplitude_m < max(before, 5e-5), (length, payload, temperature)
         assert not run.oscillates, (length, payload, temperature)
-
-
-@pytest.mark.slow
-def test_tip_is_quiet_everywhere_with_end_point_feedback(rig: Rig) -> None:
-    """The same places with 0.5 V/deg and g = 0.5: less than 0.5 mm is left 15 to 20 s after the release."""
-    for length, payload, temperature in PLACES[1::2]:
-        run = release(rig, Place(length * INCH, payload * POUND, temperature), Servo(0.5 * PER_DEG, (), 0.5))
-        assert run.tip_amplitude_m < 5e-4, (length, payload, temperature)

@@ -9,6 +9,7 @@ from config.rig import Rig
 from recording.spectrum import hann_spectrum
 from tuning.line_run import LineRun, coupled_run, plan_line, rms_dB, spectrum_dB
 from tuning.paper.rows_motion import LINE_Y40
+from tuning.variants import as_in_1997
 
 SHAPERS: tuple[tuple[str, dict[str, str]], ...] = (
     ("three-term at the initial frequency", {"kind": "three_term", "focal": "initial"}),
@@ -18,6 +19,7 @@ SHAPERS: tuple[tuple[str, dict[str, str]], ...] = (
 
 def figures_9_and_10(rig: Rig) -> tuple[list[tuple[str, str, Figure]], str]:
     """Both figures with captions, and a sentence with the reductions."""
+    rig = as_in_1997(rig)
     base = coupled_run(rig, plan_line(rig, LINE_Y40))
     shaped = [(name, coupled_run(rig, plan_line(rig, LINE_Y40, shaper))) for name, shaper in SHAPERS]
     words = [
