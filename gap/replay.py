@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from config.errors import LongreachError
 from config.rig import Rig
@@ -23,10 +24,15 @@ from recording.reader import Log, read_log
 from sim_backend.batch import quiet
 from sim_backend.plant import SimulatedRig
 
+SMOOTH_S = 0.05
+
 
 @dataclass(frozen=True, slots=True)
 class JointReplay:
-    """One joint over a run: commands (V) and tracking errors (rad or m), measured, with the rig file, with the improved one."""
+    """One joint over a run: commands (V) and tracking errors (rad or m), measured, with the rig file, with the improved one.
+
+    All are means over SMOOTH_S: a controller makes sensor noise into command noise, which no simulation repeats.
+    """
 
     joint: str
     unit: str
@@ -73,6 +79,11 @@ def _joint(log: Log, rows: NDArray[np.intp], runs: list[ClosedLoop], number: int
     error = columns["reference"] - columns["position"]
     commands = [columns["command_V"][part], *(run.commands_V[-run.running :, number][:count] for run in runs)]
     errors = [error[part], *(run.following_error[-run.running :, number][:count] for run in runs)]
+    commands, errors = ([_smooth(values, rig) for values in series] for series in (commands, errors))
     unit = "rad" if rig.joints[joint].motion == "rotary" else "m"
     t_s = np.arange(count) / rig.loop.rate_Hz
     return JointReplay(joint, unit, t_s, (commands[0], commands[1], commands[2]), (errors[0], errors[1], errors[2]))
+
+
+def _smooth(values: Array, rig: Rig) -> Array:
+    return np.asarray(uniform_filter1d(values, max(round(SMOOTH_S * rig.loop.rate_Hz), 1), mode="nearest"))

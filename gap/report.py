@@ -13,7 +13,7 @@ from gap import plots
 from gap.found import Found
 from gap.naming_record import how_often_right
 from gap.page import folded, page, paragraph, table
-from gap.replay import replays
+from gap.replay import SMOOTH_S, replays
 from gap.select import Step
 from gap.shown import fingerprints, stages, telling_channel, unit_of_channel
 from gap.unseen import Unseen
@@ -120,7 +120,9 @@ def _replay(found: Found) -> str:
     shown = replays(found.state.holdouts[0].log.path, found.rig.rig, improved)
     if isinstance(shown, str):
         return title + paragraph(shown)
-    said = "The hold-out's run simulated with the controller, from its reference alone. Difference from the measurement, rms:"
+    said = (
+        f"The hold-out's run simulated with the controller, from its reference alone; means over {SMOOTH_S * 1e3:.0f} ms. Difference, rms:"
+    )
     rows = [[r.joint, *(f"{v:.3g}" for v in r.rms()[:2]), *(f"{v:.3g} {r.unit}" for v in r.rms()[2:])] for r in shown]
     head = ["joint", "command before (V)", "command after (V)", "tracking error before", "tracking error after"]
     return title + paragraph(said) + table(head, rows) + "".join(plots.closed_loop_replay(r) for r in shown)

@@ -8,6 +8,7 @@ from typing import Any
 
 import axis_logs
 import pytest
+from findings_schema import problems
 
 from config.load import load_rig
 from gap.find import find
@@ -22,6 +23,7 @@ def search(tmp_path: Path, model_text: str, truth_text: str) -> dict[str, Any]:
     logs = [axis_logs.write(tmp_path / f"{name}.csv", axis_logs.simulated(truth, seed)) for seed, name in enumerate(("fit", "hold"), 11)]
     find(model, logs[:1], logs[1:], tmp_path / "out", lambda line: None)
     content: dict[str, Any] = json.loads((tmp_path / "out" / "findings.json").read_text())
+    assert problems(content) == []
     return content
 
 

@@ -1,0 +1,101 @@
+"""The rounds of find and run: what is held out, when it ends, and one pair that a further maneuver resolves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from benchmarks.look_alikes import AXIS, run_case
+from config.errors import DaemonError
+from config.load import load_rig
+from gap import loop
+from gap.designs import Design
+from gap.loop import Course, Round, first_designs, resolve
+
+ASKED = {"name": "staircase", "parameters": {"steps": 3}, "repeats": 1, "sensor": None, "why": "expected t 9", "separates": ["a", "b"]}
+
+
+def content(verdict: str, confirmed: bool, proposal: dict[str, Any] | None, alike: bool = False) -> dict[str, Any]:
+    others = [{"effect": "valve_lag", "where": "axis"}] if alike else []
+    item = {"effect": "transport_delay", "where": "axis", "confirmed": confirmed, "look_alikes": others}
+    return {"verdict": verdict, "why": "because", "findings": [item], "gap": {"holdout_after": 1.0}, "next_maneuver": proposal}
+
+
+class Searches:
+    """Stands in for `find`: gives prepared contents and notes which logs it was given."""
+
+    def __init__(self, *contents: dict[str, Any]) -> None:
+        self.contents, self.given = list(contents), []
+
+    def __call__(self, rig: Any, logs: list[Path], holdouts: list[Path], *_: Any) -> Any:
+        self.given.append(([p.name for p in logs], [p.name for p in holdouts]))
+        return SimpleNamespace(content=self.contents[len(self.given) - 1])
+
+
+def course(monkeypatch: pytest.MonkeyPatch, searches: Searches, fault: bool = False) -> tuple[Course, list[Round]]:
+    def run(design: Design, name: str) -> Path:
+        if fault:
+            raise DaemonError("the run is not valid", value="fault")
+        return Path(f"{name}-{design.name}")
+
+    shown: list[Round] = []
+    monkeypatch.setattr(loop, "find", searches)
+    found = resolve("rig", [Path("a")], [Path("b")], Path("out"), run, lambda line: None, shown.append, 3)
+    return found, shown
+
+
+def test_every_new_log_decides_and_the_one_before_is_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    open_ = content("ambiguous", False, ASKED, alike=True)
+    searches = Searches(open_, open_, content("named", True, None))
+    found, shown = course(monkeypatch, searches)
+    assert searches.given == [
+        (["a"], ["b"]),
+        (["a"], ["b", "round-1-staircase"]),
+        (["a", "round-1-staircase"], ["b", "round-2-staircase"]),
+    ]
+    assert (found.outcome, [one.number for one in shown]) == ("confirmed", [1, 2, 3])
+    assert found.as_dict()["rounds"][0]["look_alikes"] == [["transport_delay at axis", "valve_lag at axis"]]
+
+
+@pytest.mark.parametrize(
+    ("last", "outcome"),
+    [
+        (content("no_gap", True, None), "confirmed"),
+        (content("unknown", False, None), "not_separable"),
+        (content("ambiguous", False, ASKED | {"repeats": None}, True), "not_separable"),
+        (content("ambiguous", False, ASKED | {"sensor": ["axis.pressure_a"]}, True), "needs_sensor"),
+    ],
+)
+def test_how_it_ends_after_one_search(monkeypatch: pytest.MonkeyPatch, last: dict[str, Any], outcome: str) -> None:
+    found, shown = course(monkeypatch, Searches(last))
+    assert found.outcome == outcome
+    assert len(shown) == 1
+
+
+def test_it_ends_when_the_rounds_are_used_up_or_the_run_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    open_ = content("ambiguous", False, ASKED, alike=True)
+    assert course(monkeypatch, Searches(open_, open_, open_))[0].outcome == "rounds_used_up"
+    found, _ = course(monkeypatch, Searches(open_), fault=True)
+    assert found.outcome == "not_runnable"
+    assert "staircase" in found.why
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"), [("ornl_testbed", ("paper_line", "joint_steps")), ("force_axis", ("fast_strokes", "staircase"))]
+)
+def test_the_first_two_maneuvers_fit_the_rig(name: str, expected: tuple[str, str]) -> None:
+    assert tuple(design.name for design in first_designs(load_rig(name).rig)) == expected
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_a_pair_that_slow_triangles_cannot_separate_is_resolved(tmp_path: Path) -> None:
+    """Through the daemon on the virtual clock, the search repeated with the log of the maneuver it asked for."""
+    row = run_case("force_axis", AXIS[2], 120, tmp_path)
+    assert row["hidden"] == "valve_lag at axis"
+    assert row["unresolved_at_first"]
+    assert row["in_first"]
+    assert row["resolved"], row
