@@ -41,9 +41,10 @@ class TestSimOnTheWallClock(DriverContract):
         now = time.monotonic_ns()
         driver.write([1.0, -1.0], now)
         register = OutputRegister.attach(self.path)
-        assert register.timeout_s == pytest.approx(RIG.devices["plant"].timeout_s)
-        assert register.effective(now + 99 * MS) == (1.0, -1.0)
-        assert register.effective(now + 101 * MS) == (0.0, 0.0)
+        timeout_ns = round(1e9 * RIG.devices["plant"].timeout_s)
+        assert register.timeout_s == pytest.approx(1e-9 * timeout_ns)
+        assert register.effective(now + timeout_ns - MS) == (1.0, -1.0)
+        assert register.effective(now + timeout_ns + MS) == (0.0, 0.0)
         register.close()
         driver.close()
 

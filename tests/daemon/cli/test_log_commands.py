@@ -29,7 +29,7 @@ def test_replay_is_bit_identical(log: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_replay_with_a_changed_gain_shows_the_difference(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", str(log), "--set", "servo.rotary.gain=0.5 V/deg"]) == 0
+    assert main(["replay", str(log), "--set", "servo.rotary.gain=0.27 V/deg"]) == 0
     assert "rotary.command_V" in capsys.readouterr().out
 
 
