@@ -82,6 +82,17 @@ def abscissa(evaluation: Evaluation, variable: str, rig: Rig) -> Array:
     return _reading(evaluation, variable)
 
 
+def abscissa_label(variable: str, rig: Rig) -> str:
+    """The variable with its unit."""
+    joint, _, kind = variable.rpartition(".")
+    if joint not in rig.joints:
+        return variable
+    length = "rad" if rig.joints[joint].motion == "rotary" else "m"
+    units = {"velocity": f"{length}/s", "acceleration": f"{length}/s²", "position": length, "command_rate": "V/s", "command_V": "V"}
+    unit = units.get(kind)
+    return f"{joint}.{kind.removesuffix('_V')} ({unit})" if unit else variable
+
+
 def ordinate(evaluation: Evaluation, channel: int, derivative: int) -> Array:
     """What is left of a channel in its own unit, or the derivative of that, windows × samples."""
     shape = evaluation.experiment.measured.shape

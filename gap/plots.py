@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from config.rig import Rig
 from gap.bootstrap import cost_interval
 from gap.evaluation import Evaluation, mean_cost
-from gap.fingerprint import Fingerprint, abscissa, ordinate
+from gap.fingerprint import Fingerprint, abscissa, abscissa_label, ordinate
 from gap.localise import spectrum
 from gap.replay import JointReplay
 
@@ -126,7 +126,7 @@ def draw_fingerprint(
         axes.plot(*_bin_means(x, y), color="black", linewidth=1.5, label="mean of each bin")
         axes.axhline(0.0, color=FLOOR_COLOUR, linewidth=0.8)
         axes.set_title(title, fontsize=8)
-        axes.set_xlabel(what.variable, fontsize=8)
+        axes.set_xlabel(abscissa_label(what.variable, rig), fontsize=8)
         axes.tick_params(labelsize=7)
         highest = max(highest, float(np.quantile(np.abs(y), 0.995)))
     panels[0].set_ylim(-1.1 * highest, 1.1 * highest)
@@ -171,7 +171,7 @@ def closed_loop_replay(replay: JointReplay) -> str:
             axes.plot(replay.t_s, series, style, color=colour, linewidth=1, label=name)
         axes.set_ylabel(label, fontsize=8)
         axes.tick_params(labelsize=7)
-    panels[0].legend(fontsize=7, ncols=3, loc="upper right")
+    panels[0].legend(fontsize=7, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     panels[1].set_xlabel("t since the start of the run (s)", fontsize=8)
     return _inline(figure, f"Closed loop of {replay.joint}: command and tracking error, measured and simulated")
 
