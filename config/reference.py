@@ -14,6 +14,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
+from config.calibration_record import CalibrationRecord
 from config.import_map import ImportMap
 from config.maneuver import AnyManeuver
 from config.plant import Plant
@@ -38,6 +39,9 @@ def pages() -> dict[str, str]:
         "rig.md": _page("Rig file", "A rig file begins with `longreach: rig/1`.", Rig) + _signal_names(),
         "plant.md": _page("Plant section", "The section `plant` of a rig file: the simulated rig.", Plant, ".plant"),
         "import_map.md": _page("Import map", "A map of `longreach import` begins with `longreach: map/1`.", ImportMap),
+        "calibration.md": _page(
+            "Calibration record", "A record of `longreach identify` begins with `longreach: calibration/1`.", CalibrationRecord
+        ),
         "maneuver.md": _page("Maneuver file", "A maneuver file begins with `longreach: maneuver/1`.", AnyManeuver),
     }
 

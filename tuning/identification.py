@@ -16,6 +16,8 @@ from tuning.free_vibration import FreeVibration, free_vibrations
 from tuning.frequency_response import FrequencyResponse, combined, sweep_response
 from tuning.link_map import LinkMap, link_map
 from tuning.multisine_response import multisine_response
+from tuning.oil_from_logs import Steady, oil_rows, steady_motion
+from tuning.oil_table import OilRow
 from tuning.payload import PayloadEstimate, clamped_Hz, disagreement, identify_payload
 from tuning.response_bounds import Bounds, bounds
 from tuning.response_fit import JointFit, fit_joint
@@ -54,6 +56,7 @@ class Identification:
     responses: list[Response] = field(default_factory=list)
     bounds: list[Bounds] = field(default_factory=list)
     links: list[LinkFound] = field(default_factory=list)
+    oil: dict[str, list[OilRow]] = field(default_factory=dict)
     refused: list[str] = field(default_factory=list)
 
 
@@ -67,6 +70,7 @@ def identify(paths: Sequence[Path], tell: Tell = lambda line: None) -> Identific
     found.responses = [_fitted(found.rig, combined(group)) for group in gathered.groups()]
     found.bounds = bounds([response.measured for response in found.responses])
     found.links = [_link(link, records) for link, records in gathered.by_payload()]
+    found.oil = {joint: rows for joint, samples in gathered.steady.items() if (rows := oil_rows(samples))}
     if not (found.responses or found.links):
         raise LogError(
             "nothing in the logs can be identified", value="; ".join(found.refused), next_step="See `longreach identify --help`."
@@ -83,6 +87,7 @@ class _Gathered:
         self._moves: list[tuple[LinkMode, TipRecord]] = []
         self.hashes: dict[str, str] = {}
         self.refused: list[str] = []
+        self.steady: dict[str, list[Steady]] = {}
 
     def take(self, path: Path) -> None:
         log = read_log(path)
@@ -98,6 +103,8 @@ class _Gathered:
         self._excited += excited
         if rig.link_mode is not None:
             self._moves += [(rig.link_mode, record) for record in moves]
+        for joint in rig.joints:
+            self.steady.setdefault(joint, []).append(steady_motion(log, rig, joint))
         if not (excited or moves):
             self.refused += why
 

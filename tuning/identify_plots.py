@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from tuning.identification import Identification, Response
 from tuning.link_map import LinkMap
+from tuning.oil_table import as_override
 from tuning.record_file import write_whole
 
 _STYLE = {"font.size": 13, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.5, "legend.fontsize": 9}
@@ -127,6 +128,10 @@ def summary(found: Identification) -> list[str]:
         ]
         lines += _map_lines(link.map) if link.map is not None else []
         lines += [f"  note: {link.note}"] if link.note else []
+    for joint, rows in found.oil.items():
+        source = f"{joint}.return_temperature"
+        if source in found.rig.signals and len(rows) > 1:
+            lines.append(f"oil compensation of {joint}: --set {as_override(found.rig, joint, source, rows)!r}")
     return [*lines, *(f"not used: {refused}" for refused in found.refused)]
 
 

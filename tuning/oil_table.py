@@ -1,7 +1,7 @@
 """The table of a joint's oil compensation, from steady speeds at constant commands on the simulated rig at several temperatures.
 
-At one temperature u = a·|v| + s in each direction of motion, fitted over the speeds of ordinary moves. The mean slope gives the
-velocity factor, half the sum of the two offsets the friction, half their difference the bias.
+At one temperature u = a·v + s·sign(v) + b over the speeds of ordinary moves in both directions: slope, friction, bias. A cylinder,
+whose two directions differ in slope, gets the one that serves both.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import numpy as np
 from config.rig import Rig
 from sim_backend.layout import C
 from sim_backend.plant import SimulatedRig
+from tuning.transfer import Floats
 
 TEMPERATURES_C = (15.0, 25.0, 35.0, 45.0, 55.0, 65.0)
-SHARES = (0.1, 0.2, 0.35, 0.5)  # of the joint's rate limit
+SHARES = (0.08, 0.16, 0.24, 0.32)  # of the joint's rate limit
 RUN_S, MEASURED_S = 0.9, 0.3
 PERIOD_S = 0.001
 
@@ -47,16 +48,17 @@ def as_override(rig: Rig, joint: str, source: str, rows: Sequence[OilRow]) -> st
     return f"servo.{joint}.oil_compensation={{source: {source}, points: [{', '.join(points)}]}}"
 
 
+def fitted_row(temperature_C: float, rates: Floats, volts: Floats) -> OilRow:
+    """Least squares of u = a·v + s·sign(v) + b over steady speeds in both directions (rad/s or m/s, V)."""
+    columns = np.column_stack([rates, np.sign(rates), np.ones(len(rates))])
+    slope, friction, bias = np.linalg.lstsq(columns, volts, rcond=None)[0]
+    return OilRow(temperature_C, float(slope), float(friction), float(bias))
+
+
 def _row(rig: Rig, joint: str, temperature_C: float) -> OilRow:
-    feedforward, fastest = rig.servo[joint].velocity_feedforward, rig.joints[joint].rate_limit
-    lines = []
-    for direction in (1.0, -1.0):
-        volts = [feedforward * share * fastest for share in SHARES]
-        speeds = [abs(_speed(rig, joint, direction * u, temperature_C)) for u in volts]
-        slope, offset = np.polyfit(speeds, volts, 1)
-        lines.append((float(slope), float(offset)))
-    (out, out_offset), (back, back_offset) = lines
-    return OilRow(temperature_C, 0.5 * (out + back), 0.5 * (out_offset + back_offset), 0.5 * (out_offset - back_offset))
+    full_V = rig.servo[joint].velocity_feedforward * rig.joints[joint].rate_limit
+    volts = np.array([direction * share * full_V for direction in (1.0, -1.0) for share in SHARES])
+    return fitted_row(temperature_C, np.array([_speed(rig, joint, float(u), temperature_C) for u in volts]), volts)
 
 
 def _speed(rig: Rig, joint: str, command_V: float, temperature_C: float) -> float:
