@@ -68,7 +68,8 @@ def power(scores: Sequence[Score], path: Path) -> None:
     axes.set_ylim(0, 1.02)
     axes.set_xlabel("size of the hidden effect, in smallest visible ones")
     axes.set_ylabel("named (first or in its set)")
-    axes.legend(fontsize=7)
+    if single:
+        axes.legend(fontsize=7)
     _save(figure, path)
 
 
