@@ -17,7 +17,6 @@ from recording.event import Level
 
 ARMING_S = 0.25  # checks must pass this long before the arm holds
 LONGEST_STOP_S = 5.0  # of a controlled stop; after it the outputs are made safe
-_STOPS = (Reaction.STOP_THEN_FAULT, Reaction.STOP, Reaction.REFUSE)
 
 
 class ModeKeeper:
@@ -133,6 +132,8 @@ class ModeKeeper:
             return f"the controlled stop took longer than {LONGEST_STOP_S:g} s"
         if event in (Event.STOP, Event.DISARM, Event.RESET):
             return f"{event.name.lower()} was asked for"
+        if before is Mode.ARMING and (sentence := self._sentence(Reaction.REFUSE, values)):
+            return sentence
         tripped = self.mode in (Mode.STOPPING, Mode.FAULT) or before is Mode.ARMING
         if tripped and (sentence := self._failed_stop(values)):
             return sentence
@@ -151,7 +152,7 @@ class ModeKeeper:
             self._log.event(Level.WARNING, "check", check.sentence(values))
 
     def _failed_stop(self, values: list[float]) -> str:
-        return next(filter(None, (self._sentence(reaction, values) for reaction in _STOPS)), "")
+        return self._sentence(Reaction.STOP_THEN_FAULT, values) or self._sentence(Reaction.STOP, values)
 
     def _sentence(self, reaction: Reaction, values: list[float]) -> str:
         check = self._failed[reaction]

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rigs import texts_of
+from rigs import JOG, texts_of
 from simple_device import SimpleDevice, factory
 
 from config.errors import ConfigError, DaemonError
 from config.load import LoadedRig, apply_overrides, load_rig, rig_from_text
 from control.signals import Mode
 from daemon.cli.check_table import checks_lines
+from daemon.command import Command
 from daemon.lockstep import LockstepRig
 from recording.reader import read_log
 
@@ -69,8 +70,12 @@ def test_an_expiry_while_armed_stops_nothing(tmp_path: Path) -> None:
         rig.arm()
         rig.loop._calibrations.update = lambda values, now_ns: None  # type: ignore[method-assign]
         rig.loop.values[rig.facts.index("reservoir_temperature.calibration_days_left")] = -1.0
-        rig.cycles(100)
-        assert rig.mode is Mode.HOLDING
+        rig.start(JOG)
+        rig.cycles(500)
+        assert rig.mode is Mode.RUNNING
+        rig.commands.post(Command(leave=True))
+        rig.until(lambda: rig.loop.left, 3.0)
+        assert rig.loop.keeper.run.reason == "the daemon ends"
 
 
 def test_a_record_that_ends_before_it_begins_is_refused() -> None:
