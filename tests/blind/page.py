@@ -10,6 +10,7 @@ from typing import Any
 
 from blind.baselines import METHODS
 from blind.cases import Case
+from blind.naming_record import write_record
 from blind.pictures import confusion, power
 from blind.score import Score, score
 from blind.seal import published
@@ -24,6 +25,8 @@ def write_page(study: Path, cases: Sequence[Case], results: Mapping[str, Mapping
     if not results:
         return
     scores = [score(case, results[case.name]) for case in cases if case.name in results]
+    if docs == DOCS:
+        write_record(scores, published(study)[0])
     confusion(scores, docs / "pictures" / "blind_confusion.png")
     power(scores, docs / "pictures" / "blind_power.png")
     parts = [_head(study, cases, results, scores), PROTOCOL.read_text(), _numbers(cases, results, scores), _failures(scores)]
