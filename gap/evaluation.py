@@ -17,7 +17,7 @@ HUBER = 6.0  # residuals beyond this many standard deviations (of noise, or of t
 
 @dataclass(frozen=True, slots=True)
 class Costing:
-    """How residuals count, fixed by the first model so that costs compare: Huber threshold of every channel, correlation time."""
+    """How residuals count: Huber threshold of every channel, fixed by the first model so that costs compare, and correlation time."""
 
     threshold: Array
     tau: float
@@ -43,8 +43,17 @@ def costing(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> Costin
         seen = np.concatenate([_by_channel(e, left)[:, :, k].ravel() for e, left in zip(experiments, lefts, strict=True)])
         seen = seen[np.isfinite(seen)]
         spread[k] = max(1.0, 1.4826 * float(np.median(np.abs(seen)))) if seen.size else 1.0
-    taus = [correlation_time(_by_channel(e, left)[:, :, k]) for e, left in zip(experiments, lefts, strict=True) for k in range(channels)]
-    return Costing(HUBER * spread, float(np.median(taus)))
+    return Costing(HUBER * spread, _correlation(experiments, lefts))
+
+
+def recounted(costs: Costing, now: Sequence[Evaluation]) -> Costing:
+    """The costing with the correlation time of another model's residual; costs stay comparable."""
+    return Costing(costs.threshold, _correlation([e.experiment for e in now], [e.left for e in now]))
+
+
+def _correlation(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> float:
+    shaped = [_by_channel(e, left) for e, left in zip(experiments, lefts, strict=True)]
+    return float(np.median([correlation_time(values[:, :, k]) for values in shaped for k in range(values.shape[2])]))
 
 
 def evaluate(experiment: Experiment, model: Model, costs: Costing | None, projection: Projection | None = None) -> Evaluation:

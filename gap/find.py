@@ -26,7 +26,7 @@ from gap.data_check import DataProblem, censored, check, refuse_pairing, same_ma
 from gap.doubt import next_of
 from gap.evaluation import Evaluation, costing, evaluate, judged, mean_cost
 from gap.findings import as_text, constants, document, finding, not_seen
-from gap.fit import Fit, fit, unfitted
+from gap.fit import CONVERGED, Fit, fit, settled, unfitted
 from gap.found import Found
 from gap.localise import localise
 from gap.measured import Array, Measured, compared, load
@@ -37,13 +37,14 @@ from gap.noise import noise_floors
 from gap.nuisance import nuisances
 from gap.report import write_report
 from gap.screen import screen
-from gap.select import Search, search
+from gap.select import REFIT_STEPS, Search, search
 from gap.settings import Settings
 from gap.strata import chosen
 from gap.temperatures import warmings
 from gap.trial import FLOOR
 from gap.unseen import unseen
 from gap.verdict import Verdict, channel_rms, confidence, verdict
+from gap.visible import checked
 from gap.window_length import window_length_s
 from gap.windows import Experiment, prepare, remembering, some, velocities
 from tuning.record_file import write_whole
@@ -164,7 +165,8 @@ def _started(
     now = [old if e is old.experiment else evaluate(e, model, costs) for e, old in zip(few, fitted, strict=True)]
     start = unfitted(model, now, costs)
     known = [e.projection for e in now]
-    done: Fit = fit(model, few, costs, range(len(model.free)), start.jacobian, 5, known)
+    done: Fit = fit(model, few, costs, range(len(model.free)), start.jacobian, REFIT_STEPS, known, CONVERGED)
+    done, costs = settled(done, few, costs, REFIT_STEPS)
     refitted = tuple(evaluate(e, done.model, costs) for e in held)
     tell(f"hold-out with refitted constants: {mean_cost(refitted):.4g} noise floors")
     return Search(few, held, costs, channels, start, done, refitted, experiments[0].workers), nominal, refitted
@@ -192,8 +194,10 @@ def _concluded(
     after = mean_cost(final)
     word = _data_verdict(problems) or verdict(state, before, refit, after)
     places = localise(nominal, names, state.first_screening, loaded.rig)
-    if state.screening is None or state.steps:
-        state.screening = state.screening or screen(state.current, state.costs, candidates(loaded.rig, state.channels), tell)
+    rest = candidates(state.current.model.rig, state.channels)
+    last = state.screening or screen(state.current, state.costs, rest, state.seen_at, tell)
+    tell("smallest sizes that would have been named")
+    state.screening = checked(last, state.current, state.costs, state.seen_at)
     rms = [channel_rms(evaluations, names) for evaluations in (nominal, final)]
     units = {name: next(log.channels[name].unit for log in logs) for name in names}
     gap = {

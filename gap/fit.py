@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.evaluation import Costing, Evaluation, judged, limits, mean_cost, rho
+from gap.evaluation import Costing, Evaluation, judged, limits, mean_cost, recounted, rho
 from gap.measured import Array
 from gap.model import Model
 from gap.sensitivity import projected, sensitivities
@@ -20,6 +20,9 @@ from gap.windows import Experiment, Projection, marginalised, simulate
 _DAMPINGS = (0.0, 0.03, 0.3, 3.0, 30.0)
 INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard deviation, below which its sensitivity is not renewed
 HALF = 0.5  # of the promised gain; a step that gives less was made with stale sensitivities
+SETTLINGS = 3
+SAME_TAU = 0.7  # ratio of correlation times above which they are one
+CONVERGED = 1e-3  # a base that has not converged would sell its rest to the next candidate
 ENOUGH = 5e-3  # relative gain of a step below which a fit ends
 
 
@@ -75,6 +78,20 @@ def fit(
             break
         fresh, disappointed = False, not kept_promise
     return Fit(work.model, tuple(work.now), tuple(work.raw), tuple(work.columns), work.objective)
+
+
+def settled(done: Fit, experiments: Sequence[Experiment], costs: Costing, steps: int) -> tuple[Fit, Costing]:
+    """All numbers fitted until the residual's correlation time is that of the model itself: while a model is wrong its residual is
+    correlated over long times, and the data count for less than they should."""
+    numbers = range(len(done.model.free))
+    for _ in range(SETTLINGS):
+        renewed = recounted(costs, done.evaluations)
+        if renewed.tau > SAME_TAU * costs.tau:
+            break
+        costs = renewed
+        known = [e.projection for e in done.evaluations]
+        done = fit(done.model, experiments, costs, numbers, done.jacobian, steps, known, CONVERGED)
+    return done, costs
 
 
 class _Descent:

@@ -29,6 +29,9 @@ PRIOR_SD = {
     "gap": 0.10,  # found by an earlier search
 }
 UNTAGGED_SD = 0.05
+# Stiffness, damping and fading of the friction's bristles stand for how a contact yields before it slides. No real contact does it in
+# just that form: one that yields in many small places is softer, one that hardly yields much stiffer.
+FORM_OF_FRICTION = {"bristle_stiffness": 10.0, "bristle_damping": 3.0, "bristle_fade": 3.0}
 LEAST_SD_OF_EFFECT = 0.10  # friction, leakage and air change with oil, wear and temperature, however well they were once known
 LARGEST_PULL = 4.0  # prior standard deviations a fit may move a constant
 _TAG = re.compile(r"#.*?\[(P|DS|M|B|D|C|A|gap)\]")
@@ -45,7 +48,7 @@ _SKIPPED = (
 )
 # Gain, mass and friction of a plain servo axis scale together: no position log shows their common factor, so the drive's gain is held.
 _SCALE_OF_FORCE = ("gain_N_per_V", "gain_N_m_per_V")
-_OF_A_SENSOR = ("bias",)  # resolution, noise and range are what the floor is made of; the lag of a sensor is the effect sensor_delay
+_OF_A_SENSOR = ("bias", "bandwidth_Hz")  # resolution, noise and range are what the floor is made of
 
 
 def nuisances(loaded: LoadedRig, channels: frozenset[str]) -> tuple[Free, ...]:
@@ -60,7 +63,7 @@ def nuisances(loaded: LoadedRig, channels: frozenset[str]) -> tuple[Free, ...]:
 
 def _free(tree: YamlTree, path: Path, key: Path, unit: str, value: float) -> Free:
     tag = tag_of(tree, ("plant", *key))
-    relative = PRIOR_SD.get(tag, UNTAGGED_SD)
+    relative = FORM_OF_FRICTION.get(str(path[-1]), PRIOR_SD.get(tag, UNTAGGED_SD))
     sd = abs(value) * (max(relative, LEAST_SD_OF_EFFECT) if path[0] == "effects" else relative)
     low, high = value - LARGEST_PULL * sd, value + LARGEST_PULL * sd
     floor = 0.1 * value

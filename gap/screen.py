@@ -1,7 +1,7 @@
 """Which effects could explain the gap at all: sensitivity signatures, freed of what constants and initial states can do, before any fit.
 
 Score of an effect: share of the remaining residual in the span of its signatures. Two effects whose signatures point the same way
-(|cos| > 0.95) cannot be told apart on these logs. The length of a signature gives the smallest size that would have been seen.
+(|cos| > 0.95) cannot be told apart on these logs. The length of a signature gives the smallest size that would have been named.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from sim_backend.effects.registry import REGISTRY
 
 SAME_DIRECTION = 0.95
 PARTNER = 0.9
-VISIBLE = 4.5  # standard deviations at which an effect counts as seen
 KEPT = 8
 MOST_KEPT = 12
 
@@ -54,6 +53,7 @@ class Signature:
     unit: str
     leading: Array  # the direction in which it explains the residual best; unit length
     starts: tuple[Model, ...]  # from which to fit it, the most promising first
+    probe: tuple[Model, float, float] | None  # a model with it, its size there and the energy of its signature
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,17 +93,17 @@ class Screening:
         return best
 
 
-def screen(current: Fit, costs: Costing, found: Sequence[Candidate], tell: Callable[[str], None]) -> Screening:
-    """Two or more simulations a candidate."""
+def screen(current: Fit, costs: Costing, found: Sequence[Candidate], seen_at: float, tell: Callable[[str], None]) -> Screening:
+    """Two or more simulations a candidate. `seen_at`: energy of a signature (noise units squared) at which its effect would be named."""
     tell(f"screening {len(found)} candidate effects")
-    remover = _Remover(current, costs)
+    remover = Remover(current, costs)
     residual = remover.remove(remover.flat([e.left for e in current.evaluations])[None, :])[0]
     groups = [points(candidate, current.model) for candidate in found]
-    rows = remover.remove(_rows(current, remover, [model for group in groups for model in group]))
+    freed = remover.remove(rows(current, remover, [model for group in groups for model in group]))
     ends = np.cumsum([len(group) for group in groups])[:-1]
     scored = [
-        _scored(candidate, [Point(model, row) for model, row in zip(group, part, strict=True)], residual, costs)
-        for candidate, group, part in zip(found, groups, np.split(rows, ends), strict=True)
+        _scored(candidate, [Point(model, row) for model, row in zip(group, part, strict=True)], residual, seen_at)
+        for candidate, group, part in zip(found, groups, np.split(freed, ends), strict=True)
     ]
     scored.sort(key=lambda s: -s.share)
     directions = np.stack([s.leading for s in scored]) if scored else np.empty((0, residual.size))
@@ -135,7 +135,7 @@ def _alone(candidate: Candidate) -> list[tuple[float, ...]]:
     ]
 
 
-def _rows(current: Fit, remover: _Remover, models: Sequence[Model]) -> Array:
+def rows(current: Fit, remover: Remover, models: Sequence[Model]) -> Array:
     """Signature of every model against the current one: models × values."""
     vectors = [model.vector() for model in models]
     parts = []
@@ -146,18 +146,20 @@ def _rows(current: Fit, remover: _Remover, models: Sequence[Model]) -> Array:
     return np.stack([remover.flat([part[k] for part in parts]) for k in range(len(models))])
 
 
-def _scored(candidate: Candidate, tried: Sequence[Point], residual: Array, costs: Costing) -> Signature:
+def _scored(candidate: Candidate, tried: Sequence[Point], residual: Array, seen_at: float) -> Signature:
     energy = float(residual @ residual) or 1.0
     unit = candidate.free[0].unit if candidate.free else ""
     good = np.array([point.row for point in tried if np.linalg.norm(point.row) > 1e-9])
     starts = _starts(candidate, tried, residual)
     if not len(good):
-        return Signature(candidate, 0.0, np.inf, unit, np.zeros_like(residual), starts)
+        return Signature(candidate, 0.0, np.inf, unit, np.zeros_like(residual), starts, None)
     basis, _ = np.linalg.qr(good.T)
     along = basis @ (basis.T @ residual)
     length = float(np.linalg.norm(along))
     leading = along / length if length > 0 else good[0] / np.linalg.norm(good[0])
-    return Signature(candidate, length**2 / energy, _visible(candidate, tried, costs), unit, leading, starts)
+    probe = _probe(candidate, tried, seen_at)
+    visible = probe[1] * float(np.sqrt(seen_at / probe[2])) if probe else np.inf
+    return Signature(candidate, length**2 / energy, visible, unit, leading, starts, probe)
 
 
 def _starts(candidate: Candidate, tried: Sequence[Point], residual: Array) -> tuple[Model, ...]:
@@ -177,23 +179,20 @@ def _starts(candidate: Candidate, tried: Sequence[Point], residual: Array) -> tu
     return (line, *models) if promised < ranked[0].left(residual) else (models[0], line, *models[1:])
 
 
-def _visible(candidate: Candidate, tried: Sequence[Point], costs: Costing) -> float:
-    """The smallest size of the first parameter that would show; of several sizes tried, by the one closest to the answer."""
-    if not candidate.free:
-        return np.inf
-    estimates = []
-    for point in tried:
+def _probe(candidate: Candidate, tried: Sequence[Point], seen_at: float) -> tuple[Model, float, float] | None:
+    """Of the sizes tried with the first parameter alone, the one closest to where the effect would just be named."""
+    found = []
+    for point in tried if candidate.free else ():
         values = point.model.theta[point.model.of_effect(point.model.added[-1])]
         moved = [float(value - free.start) for value, free in zip(values, candidate.free, strict=True)]
         alone = not any(m for m, free in zip(moved[1:], candidate.free[1:], strict=True) if free.key in REGISTRY[candidate.effect].neutral)
-        length = float(np.linalg.norm(point.row))
-        if length > 1e-9 and alone:
-            factor = VISIBLE * float(np.sqrt(costs.tau)) / length
-            estimates.append((abs(np.log(factor)), factor * (abs(moved[0]) or candidate.free[0].scale)))
-    return min(estimates)[1] if estimates else np.inf
+        energy = float(point.row @ point.row)
+        if energy > 1e-18 and alone:
+            found.append((point.model, abs(moved[0]) or candidate.free[0].scale, energy))
+    return min(found, key=lambda item: abs(np.log(item[2] / seen_at)), default=None)
 
 
-class _Remover:
+class Remover:
     """Takes out of a vector what the free constants can do within their priors."""
 
     def __init__(self, current: Fit, costs: Costing) -> None:

@@ -13,7 +13,7 @@ from config.effect_entry import EffectEntry
 from gap.candidates import candidates
 from gap.compare import paired_t, separation_t
 from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
-from gap.fit import Fit, fit
+from gap.fit import CONVERGED, Fit, fit, settled
 from gap.screen import Screening, Signature, points, screen
 from gap.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, STEPS, Base, Trial, effects, first_trial, own_trial
 from gap.turned import turned_trials
@@ -23,12 +23,12 @@ LEAST_T = 3.5
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
 LEAST_DROP = 0.02  # noise floors
 KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
+VISIBLE = 4.5  # standard deviations below which no signature counts as seen, whatever the gates let pass
 RIVAL_T = 3.0
 RIVAL_GAIN = 0.8
 CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
 MOST_EFFECTS = 4
 REFIT_STEPS = 8
-CONVERGED = 1e-3  # a base that has not converged would sell its rest to the next candidate
 HARDLY = 0.15  # of the best signature's share
 FIRST_WAVE = 4
 
@@ -67,6 +67,19 @@ class Search:
         return mean_cost(self.seen)
 
     @property
+    def least_drop(self) -> float:
+        """The smallest fall of the hold-out's cost with which a candidate passes all gates. That of t: a fall that is even over the
+        hold-out is known no better than the mean of its N values, √(2/N)."""
+        values = sum(int(np.isfinite(e.measured).sum()) for e in self.holdouts)
+        return max(LEAST_DROP, LEAST_GAIN * (self.cost - FLOOR), LEAST_T * float(np.sqrt(2.0 / values)))
+
+    @property
+    def seen_at(self) -> float:
+        """Energy of a signature on the fit logs at which its effect would be named."""
+        values = sum(int(np.isfinite(e.measured).sum()) for e in self.experiments)
+        return max(VISIBLE**2 * self.costs.tau, self.least_drop * values)
+
+    @property
     def base(self) -> Base:
         return Base(self.experiments, self.holdouts, self.costs, self.current, self.seen)
 
@@ -78,7 +91,7 @@ def search(state: Search, tell: Tell) -> Search:
         if state.cost < FLOOR + LEAST_DROP:
             break  # no candidate could pass the gates any more
         found = candidates(state.current.model.rig, state.channels)
-        state.screening = screen(state.current, state.costs, found, tell)
+        state.screening = screen(state.current, state.costs, found, state.seen_at, tell)
         state.first_screening = state.first_screening or state.screening
         state.last_trials = tuple(sorted(_trials(state, state.screening, tell), key=lambda trial: trial.cost))
         step = _decide(state, len(found))
@@ -124,7 +137,7 @@ def _trials(state: Search, screening: Screening, tell: Tell) -> list[Trial]:
 def _decide(state: Search, tried: int) -> Step | None:
     """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters."""
     threshold = max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
-    passed = [t for t in state.last_trials if t.t > threshold and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP]
+    passed = [t for t in state.last_trials if t.t > threshold and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP and t.has_size]
     if not passed:
         return None
     best = min(passed, key=lambda trial: trial.cost)
@@ -152,7 +165,8 @@ def _refit(state: Search, start: Fit, tell: Tell) -> None:
     best = own if own.cost < start.cost else start
     vector = best.model.vector()
     state.experiments = [remembering(e, vector) for e in state.experiments]
-    state.current = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, enough=CONVERGED)
+    done = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, enough=CONVERGED)
+    state.current, state.costs = settled(done, state.experiments, state.costs, REFIT_STEPS)
     state.seen = tuple(evaluate(e, state.current.model, state.costs) for e in state.holdouts)
     tell(f"hold-out: {state.cost:.4g} noise floors")
 

@@ -10,7 +10,7 @@ import numpy as np
 from gap.candidates import Candidate
 from gap.compare import paired_t
 from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
-from gap.fit import Fit, fit
+from gap.fit import Fit, covariance, fit
 from gap.measured import Array
 from gap.model import Model
 from gap.windows import Experiment, Projection, marginalised
@@ -22,7 +22,6 @@ LEAST_GAIN = 0.10  # of the remaining excess over the floor
 NEARLY_ALL = 0.9  # gain after which candidates with hardly any signature of the gap need no fit
 STARTS = 2
 STEPS = 5
-NOTHING = 0.01  # typical sizes: an effect this close to its neutral value is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +49,7 @@ class Trial:
     gain: float  # share of the excess over the floor that it takes away
     drop: float  # noise floors
     t: float
+    has_size: bool  # the 95 % interval of one of its parameters excludes the neutral value
     beside: Candidate | None = None  # the sign of a sensor that was turned with it
 
     @property
@@ -108,17 +108,20 @@ def _same_states(base: Base, model: Model) -> bool:
 def _judged(base: Base, candidate: Candidate, best: Fit, projections: Sequence[Projection] | None) -> Trial:
     after = tuple(evaluate(e, best.model, base.costs, projections[k] if projections else None) for k, e in enumerate(base.holdouts))
     drop = base.cost - mean_cost(after)
-    if _vanished(candidate, best):
-        return Trial(candidate, best, after, 0.0, 0.0, 0.0)
-    return Trial(candidate, best, after, drop / excess(base.cost), drop, paired_t(base.seen, after))
+    if not _has_size(candidate, best, base.costs):
+        return Trial(candidate, best, after, 0.0, 0.0, 0.0, False)
+    return Trial(candidate, best, after, drop / excess(base.cost), drop, paired_t(base.seen, after), True)
 
 
-def _vanished(candidate: Candidate, best: Fit) -> bool:
-    """Whether the fit has put the effect back to its neutral value: what it gained, the constants have gained."""
+def _has_size(candidate: Candidate, best: Fit, costs: Costing) -> bool:
+    """Whether the fit has moved the effect away from its neutral value by more than its uncertainty; else what it gained, the constants
+    have gained."""
+    neutral = REGISTRY[candidate.effect].neutral
+    sd = np.sqrt(np.maximum(np.diag(covariance(best, costs)), 0.0))
     numbers = best.model.of_effect(best.model.added[-1])
-    pairs = [(abs(best.model.theta[k] - free.start), free) for k, free in zip(numbers, candidate.free, strict=True)]
-    resting = [moved < NOTHING * free.scale for moved, free in pairs if free.key in REGISTRY[candidate.effect].neutral]
-    return bool(resting) and all(resting)
+    pairs = [(k, free) for k, free in zip(numbers, candidate.free, strict=True) if free.key in neutral]
+    sizes = [abs(best.model.theta[k] - neutral[free.key]) for k, free in pairs]
+    return not pairs or any(size > 1.96 * sd[k] for size, (k, _) in zip(sizes, pairs, strict=True))
 
 
 def _grown(columns: Array, count: int) -> Array:

@@ -237,6 +237,7 @@ def _carried(experiment: Experiment, p: Vector, part: slice, keep: bool = False)
         return readings[part], kept[part] if keep else kept
     states = memory.states[part].copy()
     states[:, H.RESERVOIR : H.OIL + 1] += p[C.INITIAL_TEMPERATURE] - memory.p[C.INITIAL_TEMPERATURE]
+    states[:, X.SUPPLY_PRESSURE] += p[C.SUPPLY_PRESSURE] - memory.p[C.SUPPLY_PRESSURE]
     return carry(experiment.start, p, replace(plan, starts=plan.starts[part], entries=plan.entries[part]), keep, states)
 
 

@@ -221,11 +221,14 @@ def _carry(
     scratch = (np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL))
     nothing = np.empty((0, out.shape[2]))
     x[H.RESERVOIR : H.OIL + 1] += p[C.INITIAL_TEMPERATURE] - x[H.OIL]
+    x[X.SUPPLY_PRESSURE] = p[C.SUPPLY_PRESSURE]
+    x[H.SENSE_PERIOD] = 0.0  # the sensors' lags are those of `p`
     row = 0
     for i in range(starts.size):
         if entries[i] >= 0:
             row = entries[i]
             x[:] = entered[i]
+            x[H.SENSE_PERIOD] = 0.0
             _correct(x, p, targets, row, period_s)
         _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, targets, nothing)
         _correct(x, p, targets, starts[i], period_s)
