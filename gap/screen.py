@@ -22,6 +22,7 @@ from sim_backend.effects.registry import REGISTRY
 
 SAME_DIRECTION = 0.95
 PARTNER = 0.9
+VISIBLE = 4.5  # standard deviations below which no signature counts as seen, whatever the gates let pass
 KEPT = 8
 MOST_KEPT = 12
 

@@ -14,7 +14,7 @@ from gap.candidates import candidates
 from gap.compare import paired_t, separation_t
 from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
 from gap.fit import CONVERGED, Fit, fit, settled
-from gap.screen import Screening, Signature, points, screen
+from gap.screen import VISIBLE, Screening, Signature, points, screen
 from gap.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, STEPS, Base, Trial, effects, first_trial, own_trial
 from gap.turned import turned_trials
 from gap.windows import Experiment, remembering
@@ -23,7 +23,6 @@ LEAST_T = 3.5
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
 LEAST_DROP = 0.02  # noise floors
 KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
-VISIBLE = 4.5  # standard deviations below which no signature counts as seen, whatever the gates let pass
 RIVAL_T = 3.0
 RIVAL_GAIN = 0.8
 CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
