@@ -21,7 +21,8 @@ from gap.measured import Array, Measured
 from gap.model import Free, Model
 from gap.noise import noise_floors
 from gap.sensitivity import projected, sensitivities
-from gap.windows import default_window_s, marginalised, prepare, simulate, start_states
+from gap.window_length import window_length_s
+from gap.windows import marginalised, prepare, simulate, start_states
 
 _LOOSE = 1e-6  # precision of a parameter without a prior
 
@@ -120,7 +121,7 @@ def compare(
     log, _ = (measured_on(rival.model.fitted_rig(), maneuver) for rival in (first, second))  # either may be the truth: both must stay safe
     channels = [name for name in log.channels if measured is None or name in measured]
     sigma = noise_floors([log], first.model.rig)
-    experiment = prepare(log, first.model.rig, sigma, default_window_s(loaded.rig), channels, workers)
+    experiment = prepare(log, first.model.rig, sigma, window_length_s(loaded.rig, [log], sigma), channels, workers)
     vectors = [rival.model.vector() for rival in (first, second)]
     freer = max(vectors, key=lambda p: len(start_states(p, experiment)))
     projection = marginalised(experiment, freer)
