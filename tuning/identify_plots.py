@@ -9,17 +9,20 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tuning.identification import Identification, Response
 from tuning.link_map import LinkMap
 from tuning.oil_table import as_override
 from tuning.record_file import write_whole
+from tuning.transfer import Floats
 
 _STYLE = {"font.size": 13, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.5, "legend.fontsize": 9}
+_VARIED = {"amplitude": "amplitude", "extension_m": "extension", "oil_C": "oil temperature", "payload_kg": "payload", "all": "everything"}
 _SIZE_IN, _DOTS_PER_INCH = (15.0, 8.5), 100
 _CSS = "body{font:16px/1.5 sans-serif;max-width:70em;margin:2em auto;padding:0 1em}img{max-width:100%}"
 
@@ -54,43 +57,58 @@ def _picture(draw: Callable[[Figure], None]) -> bytes:
 def label(response: Response) -> str:
     """Conditions of a response in few words."""
     at = response.measured.conditions
-    return f"{response.measured.source} {at.joint}: {at.amplitude:.2g}, {at.extension_m:.2f} m, {at.oil_C:.0f} °C, {at.payload_kg:.1f} kg"
+    amplitude = f"{at.amplitude:.2g} {'V' if at.on == 'command' else 'rad or m'}"
+    return f"{response.measured.source} {at.joint}: {amplitude}, {at.extension_m:.2f} m, {at.oil_C:.0f} °C, {at.payload_kg:.1f} kg"
 
 
 def _responses(figure: Figure, responses: list[Response]) -> None:
-    axes = figure.subplots(2, 2, sharex=True)
-    for response in responses:
-        measured = response.measured
-        f = measured.frequencies_Hz
-        (line,) = axes[0, 0].semilogx(f, 20.0 * np.log10(np.abs(measured.response)), ".-", label=label(response))
-        axes[1, 0].semilogx(f, np.degrees(np.unwrap(np.angle(measured.response))), ".-", color=line.get_color())
-        axes[1, 1].semilogx(f, measured.coherence, color=line.get_color())
+    """Multisines with points, sweeps as lines, fits dashed; one colour a response."""
+    axes = figure.subplots(2, 2)
+    colours = colormaps["tab20"].colors  # type: ignore[attr-defined]
+    for number, response in enumerate(responses):
+        measured, colour = response.measured, colours[number % len(colours)]
+        f, style = measured.frequencies_Hz, "." if measured.source == "multisine" else "-"
+        axes[0, 0].plot(f, 20.0 * np.log10(np.abs(measured.response)), style, color=colour, label=label(response))
+        axes[1, 0].plot(f, np.degrees(np.unwrap(np.angle(measured.response))), style, color=colour)
+        axes[1, 1].plot(f, measured.coherence, style, color=colour)
         if response.fit is not None:
-            axes[0, 0].semilogx(f, 20.0 * np.log10(np.abs(response.fit(f))), "--", color=line.get_color(), alpha=0.6)
+            axes[0, 0].plot(f, 20.0 * np.log10(np.abs(response.fit(f))), "--", color=colour, linewidth=0.8)
         for part, mark in ((measured.odd, "o"), (measured.even, "x")):
             if part is not None and len(part.frequencies_Hz):
-                axes[0, 1].semilogx(part.frequencies_Hz, part.level_dB, mark, color=line.get_color(), markersize=3)
-                axes[0, 1].semilogx(part.frequencies_Hz, part.noise_dB, ":", color=line.get_color(), alpha=0.4)
+                axes[0, 1].plot(part.frequencies_Hz, part.level_dB, mark, color=colour, markersize=3)
+                axes[0, 1].plot(part.frequencies_Hz, part.noise_dB, ":", color=colour, linewidth=0.8)
     axes[0, 0].set(title="position over command (dashed: fit)", ylabel="dB re 1 rad/V or 1 m/V")
     axes[1, 0].set(ylabel="degrees", xlabel="frequency / Hz")
-    axes[0, 1].set(title="distortion re excited lines: odd (o), even (x), noise (dotted)", ylabel="dB")
+    axes[0, 1].set(title="distortion: odd (o), even (x), noise (dotted)", ylabel="dB re excited lines")
     axes[1, 1].set(title="coherence", ylim=(0.0, 1.05), xlabel="frequency / Hz")
-    axes[0, 0].legend()
+    for axis in axes.flat:
+        _log_frequency(axis)
+    figure.legend(loc="outside lower center", ncols=3)
 
 
 def _bounds(figure: Figure, found: Identification) -> None:
     axes = figure.subplots(2, len(found.bounds), sharex=True, squeeze=False)
     for column, each in enumerate(found.bounds):
         spread_dB, spread_deg = each.spread
-        _band(axes[0, column], each.frequencies_Hz, each.magnitude_dB, f"{each.varied}: {each.count} responses, {spread_dB:.1f} dB")
+        _band(axes[0, column], each.frequencies_Hz, each.magnitude_dB, f"{_VARIED[each.varied]} ({each.count}): {spread_dB:.1f} dB")
         _band(axes[1, column], each.frequencies_Hz, each.phase_deg, f"{spread_deg:.0f} degrees")
         axes[1, column].set_xlabel("frequency / Hz")
+    axes[0, 0].set_ylabel("dB re 1 rad/V or 1 m/V")
+    axes[1, 0].set_ylabel("degrees")
 
 
-def _band(axis: Axes, f: np.ndarray, limits: tuple[np.ndarray, np.ndarray], title: str) -> None:
-    axis.set_xscale("log")
+def _band(axis: Axes, f: Floats, limits: tuple[Floats, Floats], title: str) -> None:
     axis.fill_between(f, *limits, alpha=0.4)
     axis.set_title(title)
+    _log_frequency(axis)
+
+
+def _log_frequency(axis: Axes) -> None:
+    """Logarithmic with plain numbers."""
+    axis.set_xscale("log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _link(figure: Figure, found: Identification) -> None:
@@ -120,7 +138,9 @@ def _page(found: Identification, drawn: dict[str, bytes]) -> str:
 def summary(found: Identification) -> list[str]:
     """What a reader at the terminal needs."""
     lines = [_response_line(response) for response in found.responses]
-    lines += [f"bounds over {b.varied} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees" for b in found.bounds]
+    lines += [
+        f"bounds over {_VARIED[b.varied]} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees" for b in found.bounds
+    ]
     for link in found.links:
         lines += [
             f"payload {each.payload_kg:.3f} ± {each.uncertainty_kg:.3f} kg by {each.method} (rig file {link.believed_kg:.3f} kg)"

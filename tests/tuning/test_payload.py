@@ -45,9 +45,8 @@ def test_clamped_frequencies_of_the_beam_equation(rig: Rig) -> None:
     ("pounds", "shaper"),
     [
         (0, "adaptive"),
-        (5, "none"),
-        (60, "adaptive"),
-        *(pytest.param(p, s, marks=pytest.mark.slow) for p in (0, 10, 25, 45, 75) for s in ("none", "two_hump_ei")),
+        (60, "none"),
+        *(pytest.param(p, s, marks=pytest.mark.slow) for p in (0, 5, 25, 75) for s in ("none", "two_hump_ei")),
     ],
 )
 def test_both_ways_within_3_percent(rig: Rig, tmp_path: Path, pounds: float, shaper: str) -> None:

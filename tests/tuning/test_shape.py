@@ -37,7 +37,7 @@ def test_unshaped_as_published_and_as_the_two_shape_model(rig: Rig) -> None:
     assert found.late_s == pytest.approx([0.0, 0.0, 0.0], abs=0.005)
 
 
-@pytest.mark.parametrize("kind", ["zvd", "two_hump_ei", "robust_notch"])
+@pytest.mark.parametrize("kind", ["zvd", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("two_hump_ei", "robust_notch"))])
 def test_shaped_as_the_two_shape_model(rig: Rig, kind: str) -> None:
     plan = plan_line(rig, "paper_line_y30", {"kind": kind})
     found = predicted(rig, plan, (0.0,))
@@ -55,7 +55,7 @@ def _with_stiffness(rig: Rig, factor: float) -> Rig:
     return rig.model_copy(update={"plant": rig.plant.model_copy(update={"effects": effects})})
 
 
-@pytest.mark.parametrize("error", [-0.1, 0.1])
+@pytest.mark.parametrize("error", [-0.1, pytest.param(0.1, marks=pytest.mark.slow)])
 def test_a_frequency_error_is_another_stiffness_of_the_link(rig: Rig, error: float) -> None:
     """The true link rings at (1 + error) of what the shaper believes: here because it is stiffer or softer."""
     plan = plan_line(rig, "paper_line_y30", {"kind": "adaptive"})

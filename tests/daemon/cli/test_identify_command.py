@@ -88,6 +88,7 @@ def test_a_rig_file_takes_the_numbers_and_check_shows_them(out: Path, tmp_path: 
     assert any("identified" in finding["text"] and "tester" in finding["text"] for finding in answer["findings"])
 
 
+@pytest.mark.slow
 def test_shape_recommends_from_the_record(out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ("shape", "--maneuver", "joint_steps", "--error", "5", "--allowed", "0.2 m/s^2", "-o", str(tmp_path / "shape.png"))
     believed, identified = _answer(capsys, *words), _answer(capsys, *words, "--record", str(_record(out)))
