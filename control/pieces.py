@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Literal, Protocol
 
-from control.kinematics import inverse_motion
+from control.corrected_path import CorrectedPath
+from control.kinematics import inverse, inverse_motion
 from control.trajectory import Trapezoid
 from control.waves import Wave
 
@@ -46,7 +47,7 @@ class Rest:
 class JointMove:
     """Straight in joint space: all joints start and stop together, the slowest one sets the time."""
 
-    __slots__ = ("_distance", "_end", "_path", "_start", "_zero", "duration_s", "kind", "name")
+    __slots__ = ("_distance", "_end", "_start", "_zero", "duration_s", "kind", "name", "path")
 
     def __init__(self, name: str, start: Vector, end: Vector, speeds: Vector, accelerations: Vector) -> None:
         self.name = name
@@ -56,16 +57,20 @@ class JointMove:
         moving = [j for j, d in enumerate(self._distance) if d != 0.0]
         speed = min((speeds[j] / abs(self._distance[j]) for j in moving), default=1.0)
         acceleration = min((accelerations[j] / abs(self._distance[j]) for j in moving), default=1.0)
-        self._path = Trapezoid(1.0 if moving else 0.0, speed, acceleration)
+        self.path: Trapezoid | CorrectedPath = Trapezoid(1.0 if moving else 0.0, speed, acceleration)
         self._zero = (0.0,) * len(start)
-        self.duration_s = self._path.duration_s
+        self.duration_s = self.path.duration_s
+
+    def place(self, s: float) -> Vector:
+        """Joint positions at a path position, 0 to 1."""
+        return tuple([a + s * d for a, d in zip(self._start, self._distance, strict=True)])
 
     def at(self, t: float) -> Sample:
         if t >= self.duration_s:
             return self._end, self._zero, self._zero, self._zero
-        s, rate, acceleration = self._path.at(t)
+        s, rate, acceleration = self.path.at(t)
         return (
-            tuple([a + s * d for a, d in zip(self._start, self._distance, strict=True)]),
+            self.place(s),
             tuple([rate * d for d in self._distance]),
             tuple([acceleration * d for d in self._distance]),
             self._zero,
@@ -75,16 +80,21 @@ class JointMove:
 class LineMove:
     """Along X at constant y0, exact in path speed and acceleration; joints are (rotary, prismatic)."""
 
-    __slots__ = ("_hub_offset_m", "_path", "_x_start", "_y0", "duration_s", "kind", "name")
+    __slots__ = ("_hub_offset_m", "_x_start", "_y0", "duration_s", "kind", "name", "path")
 
     def __init__(self, name: str, x_start: float, path: Trapezoid, y0: float, hub_offset_m: float) -> None:
         self.name = name
         self.kind: Kind = "move"
-        self._x_start, self._path, self._y0, self._hub_offset_m = x_start, path, y0, hub_offset_m
+        self.path: Trapezoid | CorrectedPath = path
+        self._x_start, self._y0, self._hub_offset_m = x_start, y0, hub_offset_m
         self.duration_s = path.duration_s
 
+    def place(self, s: float) -> Vector:
+        """Joint positions at a path position in m."""
+        return inverse(self._x_start + s, self._y0, self._hub_offset_m)
+
     def at(self, t: float) -> Sample:
-        s, speed, acceleration = self._path.at(t)
+        s, speed, acceleration = self.path.at(t)
         motion = inverse_motion((self._x_start + s, self._y0), (speed, 0.0), (acceleration, 0.0), self._hub_offset_m)
         return motion.position, motion.rate, motion.acceleration, (0.0, 0.0)
 

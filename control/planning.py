@@ -23,6 +23,7 @@ from control.run_plan import Peaks, RunPlan
 from control.run_request import RunRequest
 from control.shaper_choice import ShaperChoice
 from control.shaper_setup import Extensions, extension_index, set_up_shaper
+from control.zero_delay_moves import correct_moves
 
 APPROACH_HOLD_S = 2.0
 LONGEST_SHAPED_S = 600.0
@@ -41,12 +42,15 @@ def plan_run(rig: Rig, request: RunRequest) -> RunPlan:
         raise ManeuverError("repeat must be at least 1", value=request.repeat, where=maneuver.name)
     kind = str(request.maneuver["kind"])
     pieces = PIECES[kind](maneuver, Ground(joints, rig.arm.hub_offset_m, start))
+    choice = ShaperChoice.from_content(request.shaper)
+    if choice.kind == "zero_delay":
+        correct_moves(pieces, rig, choice)
     allowed = _allowed(joints, kind, start)
     check_program(pieces, allowed, period_s, maneuver.name, _advice(rig, maneuver, joints))
     check_volts(pieces, rig, joints, period_s, maneuver.name)
     approach = _approach(joints, request, start, maneuver.name)
     peaks = program_peaks([*approach, *pieces], joints, period_s)
-    setup = set_up_shaper(rig, ShaperChoice.from_content(request.shaper), _extensions(joints, pieces, peaks))
+    setup = set_up_shaper(rig, choice, _extensions(joints, pieces, peaks))
     program = Program([*approach, *repeated(pieces, request.repeat, joints)])
     first = program.at(0.0, 0)[0]
     motion_end = max((s.end_s for s in program.segments() if s.kind == "move"), default=0.0)

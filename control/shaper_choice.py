@@ -15,7 +15,7 @@ from config.errors import ManeuverError
 
 KINDS = (
     "none", "zv", "zvd", "ei", "two_hump_ei", "three_term", "notch", "robust_notch",
-    "adaptive", "adaptive_coefficients", "adaptive_delay",
+    "adaptive", "adaptive_coefficients", "adaptive_delay", "zero_delay",
 )  # fmt: skip
 ADAPTIVE = ("adaptive", "adaptive_coefficients", "adaptive_delay")
 FOCAL = ("initial", "final", "mid")
@@ -24,7 +24,10 @@ WHERE = "shaper"
 
 @dataclass(frozen=True, slots=True)
 class ShaperChoice:
-    """`joints` empty: the rotary joint (or the only one). `delay_s` is T of the kinds with free T."""
+    """`joints` empty: the rotary joint (or the only one). `delay_s` is T of the kinds with free T.
+
+    `frequency_range`: `zero_delay` leaves no vibration for frequencies within 1 ± this share.
+    """
 
     kind: str = "none"
     joints: tuple[str, ...] = ()
@@ -34,6 +37,7 @@ class ShaperChoice:
     delay_s: float | None = None
     vibration: float = 0.05
     frequency_scale: float = 1.0
+    frequency_range: float = 0.15
 
     @staticmethod
     def from_content(content: dict[str, Any]) -> ShaperChoice:
@@ -53,6 +57,7 @@ class ShaperChoice:
         _within("delay_s", choice.delay_s, 0.002, 10.0, "s")
         _within("vibration", choice.vibration, 0.001, 0.2, "")
         _within("frequency_scale", choice.frequency_scale, 0.5, 2.0, "")
+        _within("frequency_range", choice.frequency_range, 0.0, 0.2, "")
         return choice
 
 

@@ -56,10 +56,10 @@ class ShaperSetup:
     @property
     def keeps_bounds(self) -> bool:
         """True when every reference is a weighted mean of targets, so that checking the target's travel and rate is enough."""
-        return self.kind in ("none", "zv", "zvd", "ei", "two_hump_ei")
+        return self.kind in ("none", "zero_delay", "zv", "zvd", "ei", "two_hump_ei")
 
     def build(self) -> Shaper:
-        if self.kind == "none":
+        if self.kind in ("none", "zero_delay"):  # the latter has corrected the targets themselves
             return NoShaper()
         if self.kind in ADAPTIVE:
             return self._build_adaptive()
@@ -99,8 +99,8 @@ def set_up_shaper(rig: Rig, choice: ShaperChoice, extensions: Extensions | None)
     """Decide focal frequency and delay. `extensions` is None on an arm without extension. Raises ManeuverError."""
     joints = joint_limits(rig)
     period_s = 1.0 / rig.loop.rate_Hz
-    if choice.kind == "none":
-        return ShaperSetup("none", (), period_s)
+    if choice.kind in ("none", "zero_delay"):
+        return ShaperSetup(choice.kind, (), period_s)
     shaped = tuple(joint_index(joints, name, WHERE) for name in choice.joints or (joints[0].name,))
     link = LinkFrequency(rig.link_mode, choice.frequency_scale) if rig.link_mode else None
     if choice.kind in ADAPTIVE:

@@ -21,6 +21,7 @@ SHAPERS = (
     "adaptive",
     "adaptive_coefficients",
     "adaptive_delay",
+    "zero_delay",
 )
 _FOCAL_NAMES = ("initial", "final", "mid")
 

@@ -1,0 +1,50 @@
+"""A path whose time law is corrected within the move: s(t) + Σ c_i B_i(t), cubic B-splines with equal knots.
+
+Every spline lies wholly within the move, so position, speed and acceleration at both ends are those of the path below it, and so is the
+duration. Only the time law changes: both joints stay on the line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from control.trajectory import Trapezoid
+
+SPAN = 4  # knots a cubic spline covers
+
+
+def bump(x: float) -> tuple[float, float, float]:
+    """Cubic B-spline over 0 … 4 with its first and second derivative; the values at whole numbers are 0, 1/6, 4/6, 1/6, 0."""
+    if x <= 0.0 or x >= 4.0:
+        return 0.0, 0.0, 0.0
+    y, sign = (x, 1.0) if x <= 2.0 else (4.0 - x, -1.0)
+    if y <= 1.0:
+        return y * y * y / 6.0, sign * 0.5 * y * y, y
+    z = y - 1.0
+    return (1.0 + 3.0 * z + 3.0 * z * z - 3.0 * z * z * z) / 6.0, sign * (0.5 + z - 1.5 * z * z), 1.0 - 3.0 * z
+
+
+class CorrectedPath:
+    """Has what a `Trapezoid` has; `coefficients` in the unit of the path, one for every spline."""
+
+    __slots__ = ("_base", "_coefficients", "_knot_s", "distance", "duration_s")
+
+    def __init__(self, base: Trapezoid, coefficients: Sequence[float]) -> None:
+        self._base = base
+        self._coefficients = tuple(coefficients)
+        self._knot_s = base.duration_s / (len(self._coefficients) + SPAN - 1)
+        self.distance, self.duration_s = base.distance, base.duration_s
+
+    def at(self, t: float) -> tuple[float, float, float]:
+        """(s, ṡ, s̈) at time t."""
+        s, rate, acceleration = self._base.at(t)
+        if not 0.0 < t < self.duration_s:
+            return s, rate, acceleration
+        place = t / self._knot_s
+        newest = int(place)
+        for i in range(max(0, newest - SPAN + 1), min(newest, len(self._coefficients) - 1) + 1):
+            value, slope, bend = bump(place - i)
+            s += self._coefficients[i] * value
+            rate += self._coefficients[i] * slope / self._knot_s
+            acceleration += self._coefficients[i] * bend / self._knot_s**2
+        return s, rate, acceleration
