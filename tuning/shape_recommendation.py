@@ -102,6 +102,8 @@ def _choose(candidates: Sequence[Candidate], allowed_mps2: float) -> tuple[str, 
             best.kind,
             f"no filter stays below {allowed_mps2:g} m/s² over all errors; {best.kind} comes nearest with {best.worst_mps2:.3f} m/s²",
         )
+    if usable[0] in enough:
+        return usable[0].kind, f"no filter is needed: {usable[0].worst_mps2:.3f} m/s² at worst without, {allowed_mps2:g} m/s² is allowed"
     best = min(enough, key=lambda each: (round(each.late_s, 2), each.worst_mps2))
     return best.kind, (
         f"{best.kind} is the quickest of {len(enough)} that stay below {allowed_mps2:g} m/s² over all errors: "
