@@ -15,6 +15,7 @@ On logs in memory, nothing written:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,7 @@ from gap.model_check import against_model
 from gap.model_file import improved, moved, width_key
 from gap.noise import noise_floors
 from gap.nuisance import nuisances
+from gap.remainder import remainder, sentence
 from gap.report import write_report
 from gap.screen import screen
 from gap.select import REFIT_STEPS, Search, search
@@ -193,6 +195,9 @@ def _concluded(
     final = _rerun(loaded, text, state)
     after = mean_cost(final)
     word = _data_verdict(problems) or verdict(state, before, refit, after)
+    rest_left = remainder(nominal, final, names, loaded.rig) if word.word != "data_problem" else None
+    if rest_left and word.word == "unknown":
+        word = replace(word, why=f"{word.why} {sentence(rest_left)}")
     places = localise(nominal, names, state.first_screening, loaded.rig)
     rest = candidates(state.current.model.rig, state.channels)
     last = state.screening or screen(state.current, state.costs, rest, state.seen_at, tell)
@@ -210,6 +215,7 @@ def _concluded(
     parts = {
         "parameters": constants(state.current.model, half_width),
         "gap": gap,
+        "remainder": rest_left,
         "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),
         "next_maneuver": next_of(loaded, state, word, tell) if settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
 from config.rig import Rig
-from gap.data_check import quantum
+from gap.data_check import quantum, same_maneuver
 from gap.measured import Array, Measured
 
 _SPAN = 21  # samples of the local fit
 _ORDER = 3
+_STRETCH_S = 0.4  # of two runs compared
+_SAME_LENGTH_S = 0.5
 _QUIET = 0.2  # quantile of the local variances: the windows in which least happens
 
 
 def noise_floors(logs: Sequence[Measured], rig: Rig) -> dict[str, float]:
     """Standard deviation of each channel's noise, in the channel's unit.
 
-    The larger of what the quietest stretches of the data show (residual of a local cubic) and what the rig file declares (noise and
-    resolution): coloured noise hides partly from a local fit, so the declared noise is believed when it is larger. Never below q/√12.
+    The larger of what the quietest stretches of the data show (residual of a local cubic), what the rig file declares (noise and
+    resolution) and, where a maneuver was run more than once, what differs from run to run: coloured noise hides partly from a local
+    fit, and no model predicts what the machine itself does not repeat. Never below q/√12.
     """
     names = dict.fromkeys(name for log in logs for name in log.channels)
     return {name: _floor(name, logs, rig) for name in names}
@@ -33,7 +37,29 @@ def _floor(name: str, logs: Sequence[Measured], rig: Rig) -> float:
     seen = np.concatenate([local_variances(channel.values) for channel in channels])
     quantised = max(quantum(channel) for channel in channels) ** 2 / 12
     shown = float(np.quantile(seen, _QUIET)) if seen.size else 0.0
-    return float(np.sqrt(max(declared, shown, quantised)))
+    return float(np.sqrt(max(declared, shown, quantised, _repeated(name, logs))))
+
+
+def _repeated(name: str, logs: Sequence[Measured]) -> float:
+    """Half the variance of the difference of two runs of one maneuver, in stretches freed of a straight line; the median stretch, so
+    that a late start of one motion does not count. 0 without repeats."""
+    found = [
+        np.median(_differences(a, b, name))
+        for a, b in combinations([log for log in logs if name in log.channels], 2)
+        if abs(a.rows - b.rows) * a.period_s < _SAME_LENGTH_S and abs(a.period_s / b.period_s - 1) < 1e-3 and same_maneuver(a, b)
+    ]
+    return float(np.median(found)) if found else 0.0
+
+
+def _differences(a: Measured, b: Measured, name: str) -> Array:
+    rows = min(a.rows, b.rows)
+    length = max(round(_STRETCH_S / a.period_s), 8)
+    count = rows // length
+    difference = (a.channels[name].values[: count * length] - b.channels[name].values[: count * length]).reshape(count, length)
+    whole = difference[np.all(np.isfinite(difference), axis=1)]
+    basis = np.vander(np.linspace(-1, 1, length), 2)
+    left = whole - (whole @ np.linalg.pinv(basis).T) @ basis.T
+    return np.asarray(np.sum(left**2, axis=1) / (length - 2) / 2) if len(whole) else np.zeros(1)
 
 
 def local_variances(values: Array) -> Array:
