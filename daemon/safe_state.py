@@ -65,7 +65,7 @@ class SafeState:
             name, steps = self._waiting.popleft()
             with suppress(Exception):  # whatever a driver raises, the caller must come to make the outputs safe
                 steps.close()
-            self._tell_unproven(name, "the proof was given up")
+            self._log.event(Level.ERROR, "not_proven", f"{name}: the proof was given up")
 
     def evidence(self) -> dict[str, bytes]:
         """What goes into a recording: the proofs that count, as JSON; nothing without one."""
@@ -93,7 +93,7 @@ class SafeState:
             return
         failed = [result for result in results if not result.ok]
         if failed:
-            self._tell_unproven(name, failed[0].text)
+            self._log.event(Level.ERROR, "not_proven", failed[0].text)
             return
         if name in self._at:
             values[self._at[name]] = self._log.t_s
@@ -110,9 +110,6 @@ class SafeState:
         if isfinite(result.time_to_safe_s):
             values["time_to_safe_s"] = result.time_to_safe_s
         self._log.event(Level.INFO if result.ok else Level.ERROR, "proof", result.text, values)
-
-    def _tell_unproven(self, name: str, why: str) -> None:
-        self._log.event(Level.ERROR, "not_proven", f"{name}: {why}")
 
     def _announce(self) -> None:
         """Every whole second of the countdown."""

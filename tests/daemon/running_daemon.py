@@ -16,7 +16,6 @@ import processes
 from config.errors import DaemonError
 from config.load import apply_overrides, load_rig
 from daemon.protocol import Client
-from sim_backend.twin.control_socket import TwinControl
 
 START_LIMIT_S = 120.0
 
@@ -96,22 +95,6 @@ def until(condition: Callable[[], Any], limit_s: float = 10.0) -> None:
 def arm(client: Client) -> None:
     client.call("reset")
     client.call("arm")
-
-
-def prove(client: Client, control: TwinControl) -> None:
-    """The safe state of every output over the twin's buses; its pump is off meanwhile."""
-    client.call("reset")
-    control.inject("plant", "supply_pressure", 0.0)
-    until(
-        lambda: all(
-            joint["supply_pressure_Pa"] is not None and joint["supply_pressure_Pa"] < 0.2e6
-            for joint in client.call("status")["supply"].values()
-        )
-    )
-    answer = client.call("prove", countdown_s=0.0)
-    assert answer["good"], answer
-    control.clear("plant")
-    until(lambda: all(check["ok"] for check in client.call("checks")["checks"]))
 
 
 def terminate(daemon: RunningDaemon) -> None:

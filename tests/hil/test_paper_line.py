@@ -23,7 +23,7 @@ from recording.vibration import hold_vibration
 from sim_backend.twin.network_namespace import NetworkNamespace
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "daemon"))
-from running_daemon import RunningDaemon, prove, until
+from running_daemon import RunningDaemon, until
 
 LINE = {"maneuver": {"name": "paper_line"}, "approach": True, "countdown_s": 0.0}
 
@@ -55,7 +55,6 @@ def test_the_papers_program_over_can_and_modbus(twin: TwinProcess, namespace: Ne
     rig_file.write_text(patient(multicast_rig()))
     with namespace.entered(), RunningDaemon(tmp_path, str(rig_file)) as daemon:
         with daemon.wait_until_ready() as client:
-            prove(client, twin.control)
             commission(client, twin.control)
             run = client.call("start", **LINE)["run"]
             until(lambda: client.call("wait", run=run, timeout_s=1.0)["validity"] != "running", 90.0)
