@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 _FIELD_UNITS = {"temperature": ("_C", "degC"), "pressure": ("_Pa", "Pa"), "acceleration": ("_mps2", "m/s^2"), "deflection": ("_m", "m")}
 _TABLES = (".csv", ".txt", ".tsv")
 BRIDGED_ROWS = 3  # lost rows in a row over which a straight line is drawn; the plant moves on its own in longer gaps
+UNEVEN = 0.05  # of the period: samples further off the grid are moved onto it
 MOST_MISSING = 0.5  # share of the grid without a row, above which the rate itself is in doubt
 
 
@@ -108,13 +109,27 @@ def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> 
     missing[place] = False
     for start, length in runs(missing):
         missing[start : start + length] = length > BRIDGED_ROWS
-    commands = np.column_stack([_command(path, columns, rig, joint, keep, place, rows) for joint in rig.joints])
     jitter = float(np.max(np.abs((t - t[0] - index * period)[keep])))
+    if jitter > UNEVEN * period:
+        columns = _shifted(columns, rig, t, t[0] + index * period, keep)
+    commands = np.column_stack([_command(path, columns, rig, joint, keep, place, rows) for joint in rig.joints])
     grid: Array = float(t[0]) + period * np.arange(rows, dtype=np.float64)
     found = _channels(columns, rig, keep, place, rows)
     channels = {name: channel for name, channel in found.items() if "temperature" not in name}
     warm = {name: channel for name, channel in found.items() if "temperature" in name}
     return Measured(path, sha256, grid, period, commands, channels, missing, jitter, int((steps <= 0).sum()), _oil(columns), warm)
+
+
+def _shifted(columns: Mapping[str, Array], rig: Rig, t: Array, grid: Array, keep: NDArray[np.bool_]) -> dict[str, Array]:
+    """Measured columns moved to the instants of the grid by straight lines. A drive's command acts from the row it stands in."""
+    drives = {f"{name}.command_V" for name, joint in (rig.plant.joints if rig.plant else {}).items() if not joint.is_imposed}
+    moved = dict(columns)
+    for name in columns.keys() - drives - {"t_s"}:
+        there = keep & np.isfinite(columns[name])
+        if there.any():
+            moved[name] = columns[name].copy()
+            moved[name][there] = np.interp(grid[there], t[there], columns[name][there])
+    return moved
 
 
 def _times(path: Path, columns: Mapping[str, Array]) -> Array:

@@ -25,6 +25,7 @@ from sim_backend.plant import SimulatedRig
 from sim_backend.rates import IMPOSED
 
 SAMPLE_RATE_HZ = 350.0  # readings compared; commands act at the log's own rate
+IMPOSED_ROWS = 10  # at least on either side where the velocity is an input: its noise would count as force
 SLOPE_SPAN_S = 0.03  # span of the local parabola that gives velocities at a window's start
 LEAD_IN_S = 0.15  # from a kept state to the window: spools, chambers, delay lines and bristles have forgotten other constants
 BURN_IN_S = 0.3  # the carried states forget how the simulation was started
@@ -278,10 +279,11 @@ def _targets(log: Measured, parameters: Parameters) -> Array:
     missing."""
     targets = np.full((log.rows, TARGETS), np.nan)
     places = {f"{joint}.position": (slot, 2 + slot) for joint, slot in parameters.slots.items()} | {"tip.deflection": (4, 5)}
-    length = 2 * _slope_rows(log.period_s) + 1
+    imposed = {slot for slot in range(SLOTS) if parameters.values[J_START + slot * J_STRIDE + J.KIND] == IMPOSED}
     for name, (value, rate) in places.items():
         if name in log.channels:
-            read = bridged(log.channels[name].values)
+            half = max(_slope_rows(log.period_s), IMPOSED_ROWS if value in imposed else 0)
+            length, read = 2 * half + 1, bridged(log.channels[name].values)
             targets[:, value] = savgol_filter(read, length, 2, mode="nearest")
             targets[:, rate] = savgol_filter(read, length, 2, deriv=1, delta=log.period_s, mode="nearest")
             if value < SLOTS:
