@@ -15,7 +15,7 @@ from daemon.cli.connection import add_json_option
 from daemon.cli.progress import teller
 from daemon.lockstep import run_lockstep
 
-MANEUVERS = {"fit": "paper_line", "holdout": "joint_steps", "unused": "fast_strokes"}
+MANEUVERS = {"fit": "paper_line", "holdout": "joint_steps", "unused": "paper_line_y30"}
 HIDDEN = (
     ("coulomb_friction", "rotary"), ("viscous_friction", "rotary"), ("cross_leakage", "rotary"), ("link_flexibility", "link"),
     ("coulomb_friction", "prismatic"), ("viscous_friction", "prismatic"), ("valve_lag", "rotary"), ("stiction", "prismatic"),
