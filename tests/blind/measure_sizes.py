@@ -1,9 +1,7 @@
-"""Writes smallest_visible.json: what counts as one size of each effect in a study.
+"""Writes smallest_visible.json for a new study: what counts as one size of each effect.
 
-Where the rig file lacks the effect: GATE times what the search says it could just have seen on an effect-free log of a development
-seed (LuGre friction, exact constants). That claim is a statistical limit; to be accepted an effect must be worth 0.02 noise floors and
-more, which is a few to ten times that size. Where the rig file has it: a tenth of its own value, so that ten sizes are the file without
-its entry.
+Where the rig file lacks the effect: what the search says it could just have named on an effect-free log of a development seed (LuGre
+friction, exact constants). Where the rig file has it: a tenth of its own value, so that ten sizes are the file without its entry.
 """
 
 from __future__ import annotations
@@ -28,7 +26,6 @@ from gap.find import find
 from gap.settings import Settings
 
 DEVELOPMENT_SEED = 900_100
-GATE = 10.0
 AT_MOST = {"payload_error": 2.0, "inertia_error": 4.0}  # kg, kg m²; ten times that is as much as the arm carries
 Place = tuple[str, str]
 
@@ -52,20 +49,20 @@ def claimed(places: Sequence[Place]) -> list[dict[str, Any]]:
             record(rig, setting, kinds, duration_s, take, folder / f"{take}.csv")
         logs = [folder / "0.csv"], [folder / "1.csv"]
         content = find(RIG, *logs, folder / "out", lambda line: None, Settings(propose=False)).content
-    visible = {(item["effect"], item["where"]): item["smallest_visible"] for item in content["not_seen"]}
+    visible = {(item["effect"], item["where"]): item["smallest_visible"] or np.inf for item in content["not_seen"]}
     return [from_claim(place, visible[place]) for place in places]
 
 
 def from_claim(place: Place, visible: float) -> dict[str, Any]:
-    """One multiple: GATE claims, at most a tenth of the plausible range."""
+    """One multiple: the claim, at most a tenth of the plausible range."""
     rig = load_rig(RIG).rig
     assert rig.plant is not None
     found = next(c for c in candidates(rig, frozenset(rig.plant.sensors)) if (c.effect, c.where) == place)
     free = found.free[0]
     side = -1.0 if found.starts[0][0] < free.start else 1.0
     limit = 0.9 * ((free.start - free.low) if side < 0 else (free.high - free.start))
-    one = side * min(GATE * abs(visible), 0.1 * limit, AT_MOST.get(place[0], np.inf))
-    return _size(place, one, free.start, limit) | {"claimed": visible}
+    one = side * min(abs(visible), 0.1 * limit, AT_MOST.get(place[0], np.inf))
+    return _size(place, one, free.start, limit) | {"claimed": visible if np.isfinite(visible) else None}
 
 
 def own(place: Place) -> dict[str, Any]:
