@@ -46,7 +46,7 @@ class JointCalibration(Section):
 
     joint: str
     amplitude: float = Field(description="of the excitation as the maneuver has it, V on the command")
-    extension_m: float = quantity("m", "mean over the run", low=0, high=100)
+    extension_m: float | None = quantity("m", "mean over the run", None, low=0, high=100)
     oil_temperature_C: float | None = quantity("degC", "mean over the run", None, low=-40, high=150)
     gain: float
     damping: float

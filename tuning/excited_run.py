@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -74,7 +75,7 @@ def _excited(log: Log, run: int, request: RunRequest, rows: Column) -> ExcitedRu
     excitation = np.array([each[3][j] if on == "command" else each[0][j] for each in samples])
     conditions = Conditions(
         joint, on, float(np.max(np.abs(excitation - excitation[0]))), _mean(log, "prismatic.position", part), _oil_C(log, joint, part),
-        rig.link_mode.payload_kg if rig.link_mode is not None else 0.0,
+        rig.link_mode.payload_kg if rig.link_mode is not None else nan,
     )  # fmt: skip
     command, position = (
         without_gaps(np.asarray(log.columns[f"{joint}.{name}"][part], dtype=np.float64)) for name in ("command_V", "position")

@@ -119,16 +119,9 @@ class _Gathered:
         for run in self._excited:
             response = multisine_response(run) if run.maneuver["kind"] == "multisine" else sweep_response(run)
             at = response.conditions
-            key = (
-                response.source,
-                at.joint,
-                at.on,
-                run.maneuver["amplitude"],
-                round(at.extension_m, 2),
-                round(at.oil_C / 2),
-                at.payload_kg,
-            )
-            groups.setdefault((*key, len(response.frequencies_Hz)), []).append(response)
+            place = f"{at.extension_m:.2f} {at.oil_C / 2.0:.0f} {at.payload_kg:.3f}"  # as text: what is not measured is NaN
+            key = (response.source, at.joint, at.on, run.maneuver["amplitude"], place, len(response.frequencies_Hz))
+            groups.setdefault(key, []).append(response)
         return list(groups.values())
 
     def by_payload(self) -> list[tuple[LinkMode, list[TipRecord]]]:

@@ -58,7 +58,10 @@ def label(response: Response) -> str:
     """Conditions of a response in few words."""
     at = response.measured.conditions
     amplitude = f"{at.amplitude:.2g} {'V' if at.on == 'command' else 'rad or m'}"
-    return f"{response.measured.source} {at.joint}: {amplitude}, {at.extension_m:.2f} m, {at.oil_C:.0f} °C, {at.payload_kg:.1f} kg"
+    measured = ((at.extension_m, ".2f", "m"), (at.oil_C, ".0f", "°C"), (at.payload_kg, ".1f", "kg"))
+    return ", ".join(
+        [f"{response.measured.source} {at.joint}: {amplitude}", *(f"{v:{d}} {unit}" for v, d, unit in measured if np.isfinite(v))]
+    )
 
 
 def _responses(figure: Figure, responses: list[Response]) -> None:

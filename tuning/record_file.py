@@ -115,12 +115,11 @@ def _link(found: Identification, link: LinkFound) -> dict[str, Any]:
 def _joint(response: Response) -> dict[str, Any]:
     fit, at = response.fit, response.measured.conditions
     assert fit is not None
-    oil = {"oil_temperature": f"{at.oil_C:.2f} degC"} if isfinite(at.oil_C) else {}
+    measured = {"extension": (at.extension_m, ".5g", "m"), "oil_temperature": (at.oil_C, ".4g", "degC")}
     return {
         "joint": at.joint,
         "amplitude": _short(at.amplitude),
-        "extension": f"{at.extension_m:.5g} m",
-        **oil,
+        **{name: f"{value:{digits}} {unit}" for name, (value, digits, unit) in measured.items() if isfinite(value)},
         **{name: _short(fit.values[name]) for name in ("gain", "damping", "stiffness")},
         "uncertainty": {name: _short(value) for name, value in fit.uncertainty.items()},
         "worst_dB": _short(fit.worst_dB),

@@ -42,8 +42,9 @@ def bounds(responses: Sequence[FrequencyResponse]) -> list[Bounds]:
 
 
 def _alone(response: FrequencyResponse, base: FrequencyResponse, varied: str) -> bool:
-    """Whether nothing but `varied` differs."""
-    return all(abs(getattr(response.conditions, name) - getattr(base.conditions, name)) <= SAME[name] for name in VARIED if name != varied)
+    """Whether nothing but `varied` differs; what was measured on neither (NaN) does not."""
+    here, there = response.conditions, base.conditions
+    return not any(abs(getattr(here, name) - getattr(there, name)) > SAME[name] for name in VARIED if name != varied)
 
 
 def _bounds(varied: str, responses: Sequence[FrequencyResponse]) -> Bounds | None:

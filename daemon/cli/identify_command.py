@@ -10,6 +10,7 @@ import socket
 from pathlib import Path
 from typing import Any
 
+from config.calibration_record import load_record
 from config.errors import ConfigError
 from config.load import LoadedRig, load_rig
 from config.units import to_si
@@ -61,7 +62,9 @@ def _identify(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({**as_dict(found), "record": str(record), "written": [str(path) for path in written]}))
         return 0
-    print("\n".join([*summary(found), f"written: {', '.join(map(str, written))}", f"rig file: identified: {{record: {record}}}"]))
+    print("\n".join([*summary(found), f"written: {', '.join(map(str, written))}"]))
+    if load_record(record).link is not None:
+        print(f"rig file: identified: {{record: {record}}}")
     return 0
 
 
@@ -85,6 +88,9 @@ def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
     if arguments.on_rig and (arguments.temperatures or arguments.payloads):
         advice = "Leave --temperatures and --payloads out: both are measured, and the payload mounted is that of link_mode."
         raise ConfigError("oil temperature and payload of a rig cannot be set by command", next_step=advice)
+    if loaded.rig.arm.kind != "rotary_prismatic":
+        advice = "Record a sine_sweep or multisine with `longreach start`, then `longreach identify --log LOG`."
+        raise ConfigError("the runs are made for a rotary_prismatic arm", value=loaded.rig.arm.kind, where=loaded.path, next_step=advice)
     if arguments.joint not in loaded.rig.joints:
         raise ConfigError("unknown joint", value=arguments.joint, limit=", ".join(loaded.rig.joints), where="--joint")
     low, high = _list(arguments.band, "Hz", "--band", 2)

@@ -88,6 +88,19 @@ def test_a_rig_file_takes_the_numbers_and_check_shows_them(out: Path, tmp_path: 
     assert any("identified" in finding["text"] and "tester" in finding["text"] for finding in answer["findings"])
 
 
+def test_a_single_axis_is_identified_from_its_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """No link, no oil, no extension: a response and its fit remain. Runs of its own are refused with the way round."""
+    wave = "from: 0.5 Hz\nto: 10 Hz\nperiod: 2 s\nperiods: 3\nlines: 8\ncrest_limit: 3\n"
+    text = f'longreach: maneuver/1\nname: waves\nkind: multisine\njoint: axis\n"on": command\namplitude: 0.3 V\n{wave}'
+    (log,) = run_lockstep(load_rig("force_axis"), [{"maneuver": {"text": text, "name": "waves"}}], tmp_path)
+    answer = _answer(capsys, "identify", "--log", str(log), "--out", str(tmp_path))
+    assert [response["conditions"]["joint"] for response in answer["responses"]] == ["axis"]
+    assert (answer["links"], answer["responses"][0]["conditions"]["extension_m"]) == ([], None)
+    assert load_record(Path(answer["record"])).joints[0].extension_m is None
+    assert main(["identify", "force_axis", "--out", str(tmp_path)]) == 1
+    assert "longreach identify --log" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_shape_recommends_from_the_record(out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ("shape", "--maneuver", "joint_steps", "--error", "5", "--allowed", "0.2 m/s^2", "-o", str(tmp_path / "shape.png"))
