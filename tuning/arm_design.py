@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from math import degrees
+from math import degrees, inf
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from config.errors import ManeuverError
 from config.rig import LinkMode, Rig
 from control.end_point import scheduled_gain
 from control.link_mode import LinkFrequency
+from tuning.amplitude_members import amplitude_members
 from tuning.closed_loop import Servo, least_damping, sampled_loop
 from tuning.describing_function import FrictionCompliance
 from tuning.exact_cycle import Cycle, ExactLoop
 from tuning.family import GAINS
-from tuning.lag_lead_design import Demands, Design, Problem, evaluate, search
+from tuning.lag_lead_design import Demands, Design, PlantResponse, Problem, search
 from tuning.linear_arm import LinearArm, linear_arm
 from tuning.transfer import EQ4, Complexes, Floats, lag_lead
 
@@ -33,15 +34,18 @@ STIFF_HZ = 15.0  # a link above this is no concern of the joint, as long as it k
 OWN_DAMPING_KEPT = 0.002  # of its 0.005
 HUNTING_RATIOS = (1.0, 1.1, 1.2)
 EFFORT = 25
+LESS_LAG = 1.5
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """The arm somewhere in its workspace. `tip_share`: what the gain schedule leaves of the tip gain there."""
+    """The arm somewhere in its workspace. `tip_share`: what the gain schedule leaves of the tip gain there, for the payload that the rig
+    file believes in. `light`: a stiff link or an empty one, whose own damping must be kept but need not be raised.
+    """
 
     arm: LinearArm
     tip_share: float
-    stiff: bool
+    light: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,7 @@ class ArmDesign:
 
 
 def arm_problem(rig: Rig, tip_gain: float, demands: Demands | None = None) -> Problem:
-    """Margins over gain ± 20 % and inertia with the link rigid; damping of the sampled coupled loop over the whole workspace."""
+    """Margins over gain ± 20 %, inertia and amplitude with the link rigid; damping of the sampled coupled loop over the whole workspace."""
     if rig.arm.kind != "rotary_prismatic" or rig.plant is None or rig.link_mode is None:
         advice = "Give a rig file with plant and link_mode."
         raise ManeuverError(
@@ -68,15 +72,18 @@ def arm_problem(rig: Rig, tip_gain: float, demands: Demands | None = None) -> Pr
     period_s = 1.0 / rig.loop.rate_Hz
     rigid = [linear_arm(rig, inches * INCH_M, pounds * POUND_KG, rigid=True) for inches, pounds in UNLOADED]
     places = [_place(rig, rig.link_mode, inches * INCH_M, pounds * POUND_KG) for inches, pounds in WORKSPACE]
-    plants = tuple(partial(_position, arm, gain, 1.5 * period_s) for arm, gain in product(rigid, GAINS))
+    linear = (partial(_position, arm, gain, 1.5 * period_s) for arm, gain in product(rigid, GAINS))
+    plants: tuple[PlantResponse, ...] = (*linear, *amplitude_members(rig, 1.5 * period_s))
+    roll_off_Hz = (rig.end_point or EndPoint()).roll_off_Hz
     damping = partial(worst_damping, places, period_s)
-    return Problem(plants, demands or Demands(), tip_gain, damping, DAMPING_WITH_TIP if tip_gain > 0.0 else DAMPING_JOINT_ONLY)
+    return Problem(plants, demands or Demands(), tip_gain, roll_off_Hz, damping, DAMPING_WITH_TIP if tip_gain > 0.0 else DAMPING_JOINT_ONLY)
 
 
 def _place(rig: Rig, link: LinkMode, extension_m: float, payload_kg: float) -> Place:
     frequency = LinkFrequency(link.model_copy(update={"payload_kg": payload_kg, "frequency_map": ()})).frequency_Hz(extension_m)
     settings = (rig.end_point or EndPoint()).model_copy(update={"gain": 1.0})
-    return Place(linear_arm(rig, extension_m, payload_kg), scheduled_gain(settings, frequency), frequency > STIFF_HZ)
+    share = scheduled_gain(settings, LinkFrequency(link).frequency_Hz(extension_m))
+    return Place(linear_arm(rig, extension_m, payload_kg), share, frequency > STIFF_HZ or payload_kg == 0.0)
 
 
 def _position(arm: LinearArm, gain: float, delay_s: float, omega: Floats) -> Complexes:
@@ -84,34 +91,41 @@ def _position(arm: LinearArm, gain: float, delay_s: float, omega: Floats) -> Com
 
 
 def worst_damping(places: Sequence[Place], period_s: float, servo: Servo) -> float:
-    """Smallest damping ratio of any mode at any place and any gain of the family; stiff places count when they lose their own damping."""
+    """Smallest damping ratio of any mode at any place and any gain of the family; light places count when they lose their own damping."""
     found = []
     for place, gain in product(places, GAINS):
         scheduled = Servo(servo.gain * gain, servo.sections, servo.tip_gain * place.tip_share, servo.roll_off_Hz)
         damping = least_damping(sampled_loop(place.arm, scheduled, period_s), period_s)
-        if not (place.stiff and damping > OWN_DAMPING_KEPT):
+        if not (place.light and damping > OWN_DAMPING_KEPT):
             found.append(damping)
     return min(found)
 
 
-def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: int = EFFORT) -> ArmDesign:
-    """Search lag-lead and pure gain; gains are in V/rad."""
+def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: int = EFFORT, largest_cycle: float = inf) -> ArmDesign:
+    """Search lag-lead and pure gain; gains are in V/rad. `largest_cycle`: load amplitude of hunting that is allowed, in H_c.
+
+    Lag makes the loop hunt, so while the cycle is too large the search goes on with less of it.
+    """
     problem = arm_problem(rig, tip_gain, demands)
-    found = search(problem, effort=effort)
     pure = search(problem, with_sections=False, effort=effort)
-    chosen = pure if pure.stiffness_gain_dB >= found.stiffness_gain_dB else found
+    found = search(problem, effort=effort)
+    while _cycle_size(found.servo) > largest_cycle and problem.demands.lag_ratio > 1.01:
+        problem = replace(problem, demands=replace(problem.demands, lag_ratio=max(1.0, problem.demands.lag_ratio / LESS_LAG)))
+        found = search(problem, effort=effort)
+    allowed = _cycle_size(found.servo) <= largest_cycle
+    chosen = found if allowed and found.stiffness_gain_dB > pure.stiffness_gain_dB else pure
     return ArmDesign(found, pure, chosen, hunting(chosen.servo))
+
+
+def _cycle_size(servo: Servo) -> float:
+    """Largest load amplitude of any hunting, in H_c; 0 when it always comes to rest."""
+    return max((cycle.load_amplitude for cycle in hunting(servo) if cycle is not None), default=0.0)
 
 
 def hunting(servo: Servo) -> tuple[Cycle | None, ...]:
     """Exact cycles with the friction-compliance element and Eq 4, one for each H_s/H_c; amplitudes in H_c. None: comes to rest."""
     loop = lag_lead(servo.gain / degrees(1.0), servo.sections) * EQ4
     return tuple(ExactLoop(loop, FrictionCompliance.of_ratio(ratio)).march(1.0) for ratio in HUNTING_RATIOS)
-
-
-def evaluate_on(rig: Rig, servo: Servo) -> Design:
-    """The figures of a given servo on a rig."""
-    return evaluate(arm_problem(rig, servo.tip_gain), servo)
 
 
 def as_overrides(servo: Servo) -> list[str]:

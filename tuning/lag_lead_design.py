@@ -54,6 +54,7 @@ class Problem:
     plants: tuple[PlantResponse, ...]
     demands: Demands = field(default_factory=Demands)
     tip_gain: float = 0.0
+    roll_off_Hz: float = 15.0
     damping: Callable[[Servo], float] | None = None
     least_damping: float = 0.0
 
@@ -89,21 +90,21 @@ def search(problem: Problem, *, with_sections: bool = True, seed: int = 1, effor
     limits[0] = (limits[0][0] + grid.log_scale, limits[0][1] + grid.log_scale)
 
     def cost(v: Floats) -> float:
-        servo = _servo(v, problem.tip_gain)
+        servo = _servo(v, problem)
         return -grid.stiffness(servo) - 30.0 * min(0.0, float(grid.slack(servo).min()))
 
     found = differential_evolution(cost, limits, seed=seed, maxiter=effort, popsize=12, tol=1e-8, polish=False)
-    return evaluate(problem, _servo(_polished(grid, found.x, limits, problem.tip_gain), problem.tip_gain))
+    return evaluate(problem, _servo(_polished(grid, found.x, limits, problem), problem))
 
 
-def _polished(grid: _Grid, start: Floats, limits: list[tuple[float, float]], tip_gain: float) -> Floats:
+def _polished(grid: _Grid, start: Floats, limits: list[tuple[float, float]], problem: Problem) -> Floats:
     """Along the edge of what is allowed, where the best servo lies and a penalty only gets near."""
 
     def slack(v: Floats) -> Floats:
-        return grid.slack(_servo(v, tip_gain))
+        return grid.slack(_servo(v, problem))
 
     def loss(v: Floats) -> float:
-        return -grid.stiffness(_servo(v, tip_gain))
+        return -grid.stiffness(_servo(v, problem))
 
     best = start
     for _ in range(3):
@@ -125,13 +126,13 @@ def _logs(limits: tuple[float, float]) -> tuple[float, float]:
     return log(limits[0]), log(limits[1])
 
 
-def _servo(v: Floats, tip_gain: float) -> Servo:
+def _servo(v: Floats, problem: Problem) -> Servo:
     """From the logarithms of high-frequency gain (without lag), lead zero, lead ratio, lag zero, lag ratio."""
     values = [float(x) for x in np.exp(v)]
     if len(values) == 1:
-        return Servo(values[0], (), tip_gain)
+        return Servo(values[0], (), problem.tip_gain, problem.roll_off_Hz)
     gain, lead_zero, lead, lag_zero, lag = values
-    return Servo(gain * lag, ((lead_zero, lead_zero * lead), (lag_zero, lag_zero / lag)), tip_gain)
+    return Servo(gain * lag, ((lead_zero, lead_zero * lead), (lag_zero, lag_zero / lag)), problem.tip_gain, problem.roll_off_Hz)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-from math import degrees
+from math import degrees, inf
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,12 @@ def register(commands: Any) -> None:
     summary = "shape the rotary joint's compensator: stiffest with margins and link damping over the whole workspace"
     parser = commands.add_parser("design", help=summary, description=summary)
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
-    parser.add_argument("--tip-gain", type=float, default=0.0, help="gain of the end-point feedback it will run with (default 0: none)")
+    parser.add_argument(
+        "--tip-gain", type=float, help="gain of the end-point feedback it will run with (default: the rig file's, 0 without)"
+    )
+    parser.add_argument(
+        "--largest-cycle", type=float, default=inf, metavar="SHARE", help="allowed hunting, as share of the friction's deflection"
+    )
     parser.add_argument("--effort", type=int, default=25, help="generations of the search")
     parser.add_argument("-o", "--output", type=Path, metavar="RIG.yaml", help="write the rig file with the compensator found")
     add_json_option(parser)
@@ -30,7 +35,9 @@ def _design(arguments: argparse.Namespace) -> int:
     from tuning.arm_design import ArmDesign, as_overrides, design  # scipy.optimize is only loaded for this command
 
     loaded = load_rig(arguments.rig)
-    found: ArmDesign = design(loaded.rig, arguments.tip_gain, effort=arguments.effort)
+    own = loaded.rig.end_point.gain if loaded.rig.end_point is not None else 0.0
+    tip_gain = own if arguments.tip_gain is None else arguments.tip_gain
+    found: ArmDesign = design(loaded.rig, tip_gain, effort=arguments.effort, largest_cycle=arguments.largest_cycle)
     overrides = as_overrides(found.chosen.servo)
     if arguments.output:
         text = apply_overrides(loaded.text, overrides)

@@ -13,14 +13,19 @@ from config.load import load_rig, rig_from_text
 from config.overrides import apply_overrides
 from config.rig import Rig
 from daemon.cli.main import main
-from tuning.arm_design import as_overrides, evaluate_on
+from tuning.amplitude_members import amplitude_members
+from tuning.arm_design import Place, arm_problem, as_overrides, worst_damping
 from tuning.closed_loop import Servo
 from tuning.family import HALF_HOLD_AND_SAMPLE_S, INERTIAS, eq1, members, valve
 from tuning.lag_lead_design import Demands, Problem, evaluate, search
-from tuning.release import Place, release, servo_of
+from tuning.linear_arm import linear_arm
+from tuning.release import Place as ReleasePlace
+from tuning.release import release, servo_of
 from tuning.transfer import Complexes, Floats, TransferFunction
+from tuning.variants import without_effect
 
 LAG = (8.0, 8.0 / 6)
+INCH, POUND = 0.0254, 0.45359237
 SPOOL = valve(60.0, 0.8)
 
 
@@ -56,11 +61,37 @@ def test_search_is_at_least_as_good_as_the_published_designs(published: Servo, p
 
 def test_shipped_servo_keeps_its_promises(rig: Rig) -> None:
     """0.35 V/deg: margins, and a link that is damped at all gains of the family, with the end-point feedback and without."""
+    problem = arm_problem(rig, 0.0)
     for servo, least in ((servo_of(rig), 0.015), (Servo(rig.servo["rotary"].gain), 0.0)):
-        shipped = evaluate_on(rig, servo)
+        shipped = evaluate(problem, servo)
         assert shipped.worst.sensitivity_peak <= 1.7
         assert shipped.least_damping is not None
         assert shipped.least_damping > least
+
+
+def test_a_feedback_that_needs_to_know_the_payload_is_seen(rig: Rig) -> None:
+    """0.5 V/deg with the whole tip at 15 Hz is well damped with 45 and 75 lb, and unstable on an empty arm that believes in 45 lb."""
+    places = [Place(linear_arm(rig, inches * INCH, pounds * POUND), 1.0, False) for inches, pounds in ((54, 45), (54, 75), (54, 0))]
+    bold = Servo(degrees(0.5), (), 1.0, 15.0)
+    assert worst_damping(places[:2], 0.001, bold) > 0.05
+    assert worst_damping(places[2:], 0.001, bold) < -0.03
+    assert worst_damping(places[2:], 0.001, servo_of(rig)) > 0.0
+
+
+@pytest.mark.slow
+def test_margins_over_amplitude_are_the_published_ones(rig: Rig) -> None:
+    """Worst of 0.1, 0.3, 1 and 3 V with 1.5 ms: phase margin °, gain margin dB, M_s; the published plant has no valve hysteresis."""
+    problem = Problem(amplitude_members(without_effect(rig, "valve_hysteresis"), HALF_HOLD_AND_SAMPLE_S))
+    c = ((44.04, 440.4), LAG)
+    for servo, phase, gain, peak in (
+        (Servo(degrees(0.35)), 72.9, 14.9, 1.29),
+        (Servo(degrees(0.5)), 65, 11.8, 1.45),
+        (Servo(degrees(2.43), c), 61.8, 12.2, 1.39),
+    ):
+        worst = evaluate(problem, servo).worst
+        assert worst.phase_margin_deg == pytest.approx(phase, abs=2.0)
+        assert worst.gain_margin_dB == pytest.approx(gain, abs=0.8)
+        assert worst.sensitivity_peak == pytest.approx(peak, abs=0.04)
 
 
 @pytest.mark.slow
@@ -77,7 +108,7 @@ def test_design_command_writes_a_rig_that_is_quiet(rig: Rig, tmp_path: Path, cap
     assert written.gain == pytest.approx(chosen["servo"]["gain"], rel=1e-5)
     servo = Servo(written.gain, tuple((s.zero_rad_per_s, s.pole_rad_per_s) for s in written.sections), 0.5)
     for inches, pounds in ((20, 45), (30, 45), (60, 75), (36, 0)):
-        assert not release(rig, Place(inches * 0.0254, pounds * 0.45359237), servo, 10.0).oscillates
+        assert not release(rig, ReleasePlace(inches * 0.0254, pounds * 0.45359237), servo, 10.0).oscillates
 
 
 def test_overrides_fit_the_rig_file() -> None:

@@ -9,7 +9,6 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from config.end_point import EndPoint
 from config.rig import Rig
 from sim_backend.layout import J
 from sim_backend.plant import SimulatedRig
@@ -126,13 +125,9 @@ def test_stuck_oil_leaves_nearly_the_clamped_frequency(rig: Rig) -> None:
     assert min(abs(mode.frequency_Hz - 5.41) for mode in found) < 0.15 * 5.41
 
 
-@pytest.mark.parametrize("tip_gain", [0.5, 0.75, 1.0])
-def test_gain_schedule_keeps_every_mode_damped(rig: Rig, tip_gain: float) -> None:
-    """0.5 V/deg and gains ± 20 %, up to g = 1; with full gain up to 9 Hz (60 in, unloaded) g = 0.75 would be unstable."""
+@pytest.mark.parametrize(("tip_gain", "stable"), [(0.5, True), (0.75, True), (1.0, False)])
+def test_the_feedback_stands_a_payload_that_it_does_not_know(rig: Rig, tip_gain: float, stable: bool) -> None:
+    """0.35 V/deg, 8 Hz, gains ± 20 %, 0 to 75 lb at the tip while the rig file says 45: the shipped 0.75 is about the most."""
     damping = arm_problem(rig, tip_gain).damping
     assert damping is not None
-    assert damping(Servo(0.5 * DEG, (), tip_gain)) > 0.01
-    wide = rig.model_copy(update={"end_point": EndPoint.model_validate({"full_below": 10, "off_above": 15})})
-    too_wide = arm_problem(wide, tip_gain).damping
-    assert too_wide is not None
-    assert (too_wide(Servo(0.5 * DEG, (), tip_gain)) < 0.0) == (tip_gain > 0.5)
+    assert (damping(Servo(0.35 * DEG, (), tip_gain, 8.0)) > 0.0) == stable
