@@ -83,11 +83,12 @@ def next_maneuver(
 ) -> Proposal | None:
     """The maneuver that separates the two soonest, else a sensor that would; None when the rig allows no maneuver at all.
 
-    `measured`: channels the rig logs (default: all its plant has sensors for). Not `thorough`: only forms for the joints concerned.
+    `measured`: channels the rig logs (default: all its plant has sensors for). Forms are made for the joints concerned; with `thorough`
+    every shipped maneuver takes part as it is.
     """
     assert loaded.rig.plant is not None
     course = _Course(loaded, (first, second), tuple(measured or loaded.rig.plant.sensors), tell)
-    found = course.soonest(designs(loaded.rig, _concerned(loaded, (first, second), thorough), thorough))
+    found = course.soonest(designs(loaded.rig, _concerned(loaded, (first, second)), thorough))
     if found is not None or not course.seen:
         return found
     tell("no maneuver separates the two with the sensors fitted; trying others")
@@ -124,12 +125,12 @@ def no_effect(loaded: LoadedRig, constants: Mapping[str, float] | None = None) -
     return Rival(NONE, Model(loaded.rig, free, np.array([(constants or {}).get(item.key, item.start) for item in free])))
 
 
-def _concerned(loaded: LoadedRig, rivals: Sequence[Rival], thorough: bool) -> list[str]:
-    """The joints at which the two differ; all of them when it is not a joint, or for a thorough search."""
+def _concerned(loaded: LoadedRig, rivals: Sequence[Rival]) -> list[str]:
+    """The joints at which the two differ; all of them when it is not a joint."""
     joints = list(loaded.rig.joints)
     places = [rival.model.added[-1].where for rival in rivals if rival.model.added]
     named = [joint for joint in joints if any(place.removeprefix("sensor:").split(".")[0] == joint for place in places)]
-    return joints if thorough or not named else named
+    return named or joints
 
 
 def _repeats(separation: Separation) -> int | None:
