@@ -20,12 +20,13 @@ from gap.find import find
 from gap.settings import Settings
 
 WANTED_S, WANTED_GIB = 60.0, 2.0
-STEPS = 5 * [
+MOVES = (
     {"joint": "rotary", "by": "2 deg", "hold": "2 s", "speed": "20 deg/s", "acceleration": "200 deg/s^2"},
     {"joint": "rotary", "to": "0 deg", "hold": "2 s", "speed": "20 deg/s", "acceleration": "200 deg/s^2"},
     {"joint": "prismatic", "by": "1 in", "hold": "2 s", "speed": "6 in/s", "acceleration": "60 in/s^2"},
     {"joint": "prismatic", "to": "36 in", "hold": "2 s", "speed": "6 in/s", "acceleration": "60 in/s^2"},
-]
+)
+STEPS = [dict(move) for _ in range(5) for move in MOVES]
 LOGS = {
     "fit": {"maneuver": {"name": "multisine"}, "parameters": {"periods": 5}},
     "holdout": {"maneuver": {"name": "joint_steps"}, "parameters": {"steps": STEPS}},

@@ -125,8 +125,10 @@ def _trials(state: Search, screening: Screening, tell: Tell) -> list[Trial]:
         trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
         best = max((trial.gain for trial in trials), default=0.0)
         strong = [trial for trial in trials if trial.gain >= max(0.5 * LEAST_GAIN, CONTENDER * best)]
-        weak = [trial for trial in trials if trial not in strong]
+        weak = [trial for trial in trials if all(trial is not other for other in strong)]
         trials = [*weak, *pool.map(again, strong)]
+    if any(trial.gain >= NEARLY_ALL for trial in trials):
+        return trials
     for trial in turned_trials(base, [s.candidate for s in kept], state.channels, others):
         tell(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
         trials.append(trial)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Trial:
     """One candidate fitted: what it gains on the hold-out."""
 
     candidate: Candidate
-    fit: Fit
+    fit: Fit  # with the sensitivities of the candidate's own parameters only
     holdout: tuple[Evaluation, ...]
     gain: float  # share of the excess over the floor that it takes away
     drop: float  # noise floors
@@ -74,12 +74,17 @@ def own_trial(base: Base, trial: Trial, others: Sequence[Fit]) -> Trial:
     """The same candidate with initial states marginalised about its own model, from its own constants and from those of `others`."""
     model = trial.fit.model
     own = [marginalised(e, model.vector()) for e in base.experiments]
-    fits = [fit(model, base.experiments, base.costs, effects(model), trial.fit.jacobian, 3, own)]
+    jacobian = _with_new(base.current, trial)
+    fits = [fit(model, base.experiments, base.costs, effects(model), jacobian, 3, own)]
     for other in others:
         moved = model.with_theta(np.concatenate([other.model.theta, model.theta[len(other.model.theta) :]]))
-        jacobian = [np.concatenate([b, mine[len(b) :]]) for mine, b in zip(trial.fit.jacobian, other.jacobian, strict=True)]
-        fits.append(fit(moved, base.experiments, base.costs, effects(model), jacobian, STEPS, own))
+        fits.append(fit(moved, base.experiments, base.costs, effects(model), _with_new(other, trial), STEPS, own))
     return _judged(base, trial.candidate, min(fits, key=lambda done: done.cost), None)
+
+
+def _with_new(known: Fit, trial: Trial) -> list[Array]:
+    """Sensitivities of the constants as known, of the candidate as in its trial."""
+    return [np.concatenate([old, new]) for old, new in zip(known.jacobian, trial.fit.jacobian, strict=True)]
 
 
 def effects(model: Model) -> list[int]:
@@ -108,9 +113,12 @@ def _same_states(base: Base, model: Model) -> bool:
 def _judged(base: Base, candidate: Candidate, best: Fit, projections: Sequence[Projection] | None) -> Trial:
     after = tuple(evaluate(e, best.model, base.costs, projections[k] if projections else None) for k, e in enumerate(base.holdouts))
     drop = base.cost - mean_cost(after)
-    if not _has_size(candidate, best, base.costs):
-        return Trial(candidate, best, after, 0.0, 0.0, 0.0, False)
-    return Trial(candidate, best, after, drop / excess(base.cost), drop, paired_t(base.seen, after), True)
+    has_size = _has_size(candidate, best, base.costs)
+    known = len(base.current.model.free)  # a trial keeps the candidate's sensitivities only: a dozen of them are alive together
+    slim = replace(best, jacobian=tuple(j[known:].copy() for j in best.jacobian), columns=())
+    if not has_size:
+        return Trial(candidate, slim, after, 0.0, 0.0, 0.0, False)
+    return Trial(candidate, slim, after, drop / excess(base.cost), drop, paired_t(base.seen, after), True)
 
 
 def _has_size(candidate: Candidate, best: Fit, costs: Costing) -> bool:

@@ -28,8 +28,8 @@ def turned_trials(base: Base, kept: Sequence[Candidate], channels: frozenset[str
 
 
 def _silent(base: Base, signal: str) -> bool:
-    """Whether the present model predicts that a sensor reads one value all the time."""
+    """Whether the present model predicts that a sensor reads 0 all the time."""
     plant = base.current.model.rig.plant
     number = list(plant.sensors).index(signal) if plant else -1
     parts = [(e.readings[:, :, k], e.experiment.sigma[k]) for e in base.seen for k, n in enumerate(e.experiment.columns) if n == number]
-    return bool(parts) and all(np.ptp(readings) < sigma for readings, sigma in parts)
+    return bool(parts) and all(np.abs(readings).max() < sigma for readings, sigma in parts)
