@@ -100,4 +100,4 @@ def test_what_slow_triangles_leave_open_is_run_on_the_daemon_and_searched_again(
     assert row["in_first"]
     assert row["asked"]
     assert row["rounds"] >= 2
-    assert len(list((tmp_path / "logs").rglob("*.mcap"))) == 2 + len(row["asked"])
+    assert len(list((tmp_path / "logs").rglob("*.mcap"))) >= 2 + len(row["asked"])
