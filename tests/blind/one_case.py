@@ -97,7 +97,8 @@ def _found(rig: Path, logs: list[Path], holdouts: list[Path], out: Path, setting
     kept = {key: content[key] for key in ("verdict", "why", "findings", "gap", "next_maneuver", "data")}
     kept["where"] = content["where"][:2]
     kept["alarms"] = [key for key, item in content["parameters"].items() if item["alarm"]]
-    return json.loads(json.dumps(kept, default=float))
+    text = json.dumps(kept, default=float)
+    return json.loads(text.replace(f"{rig.parent}/", ""))  # the folder is gone tomorrow
 
 
 def _second_round(case: Case, folder: Path, result: dict[str, Any], settings: Settings) -> dict[str, Any] | None:

@@ -17,13 +17,12 @@ from blind.seal import published
 from blind.tables import Share, by_effect, by_form, by_sensors, failures, of_group, share, table, targets
 
 DOCS = Path(__file__).parents[2] / "docs"
+TITLE = "How the search fares with a machine it does not know"
 PROTOCOL = Path(__file__).with_name("protocol.md")
 
 
 def write_page(study: Path, cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]], docs: Path = DOCS) -> None:
-    """Score and write; nothing without results."""
-    if not results:
-        return
+    """Score and write."""
     scores = [score(case, results[case.name]) for case in cases if case.name in results]
     if docs == DOCS:
         write_record(scores, published(study)[0])
@@ -35,13 +34,15 @@ def write_page(study: Path, cases: Sequence[Case], results: Mapping[str, Mapping
 
 def _head(study: Path, cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]], scores: Sequence[Score]) -> str:
     digest, sealed = published(study)
+    if not results:
+        return f"# {TITLE}\n\nNo case has been run yet. Answers {sealed}, SHA-256 `{digest}`.\n"
     counts = Counter(s.case.group for s in scores)
     versions = Counter((r["finder"], r["commit"]) for r in results.values())
     dates = sorted(str(r["date"]) for r in results.values())
     seconds = [float(r["seconds"]) for r in results.values()]
     run = ", ".join(f"{counts[g]} {g.replace('_', ' ')}" for g in ("single", "null", "pair", "out_of_library", "look_alike"))
     builds = "; ".join(f"{n} with sources {finder} (commit {commit or 'unknown'})" for (finder, commit), n in versions.most_common())
-    return f"""# How the search fares with a machine it does not know
+    return f"""# {TITLE}
 
 You will have: what the search for missing physics gets right and wrong on hidden effects, with how many cases each number rests on.
 Written by `make blind`; do not edit.
