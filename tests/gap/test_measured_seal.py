@@ -28,9 +28,10 @@ def test_at_one_speed_coulomb_and_viscous_friction_are_a_pair(tmp_path: Path, se
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("seal", ["O-ring", "KDN"])
-def test_friction_grows_with_pressure(tmp_path: Path, seal: str) -> None:
-    """Fitted at 3 and 5 bar, decided at 1 and 7. Half loops: 5.64, 7.53, 9.03, 10.84 N (O-ring), 7.33, 7.72, 8.25, 10.43 N (KDN)."""
+def test_friction_grows_with_pressure(tmp_path: Path) -> None:
+    """Fitted at 3 and 5 bar, decided at 1 and 7. Half loops of the O-ring at 1, 3, 5, 7 bar: 5.64, 7.53, 9.03, 10.84 N. (Those of the KDN
+    seal, 7.33, 7.72, 8.25, 10.43 N, hardly grow up to 5 bar: there is no friction in proportion to pressure to be found at 3 and 5.)"""
+    seal = "O-ring"
     fit = measured_logs.logs(tmp_path, DATA, "seal_rig", [f"{seal}_{bar}bar" for bar in (3, 5)])
     holdout = measured_logs.logs(tmp_path, DATA, "seal_rig", [f"{seal}_{bar}bar" for bar in (1, 7)])
     content = measured_logs.findings(tmp_path, "seal_rig", fit, holdout)
