@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.initial_states import Projection, marginalised
 from gap.measured import Array
 from gap.model import Model
 from gap.noise import correlation_time
-from gap.windows import Experiment, Projection, marginalised, residual, simulate
+from gap.simulate import residual, simulate
+from gap.windows import Experiment
 
 HUBER = 6.0  # residuals beyond this many standard deviations (of noise, or of the first model's residual) count linearly
 

@@ -41,6 +41,7 @@ from gap.report import write_report
 from gap.screen import screen
 from gap.select import REFIT_STEPS, Search, search
 from gap.settings import Settings
+from gap.simulate import remembering, some
 from gap.strata import chosen
 from gap.temperatures import warmings
 from gap.trial import FLOOR
@@ -48,7 +49,7 @@ from gap.unseen import unseen
 from gap.verdict import Verdict, channel_rms, confidence, verdict
 from gap.visible import checked
 from gap.window_length import window_length_s
-from gap.windows import Experiment, prepare, remembering, some, velocities
+from gap.windows import Experiment, prepare, velocities
 from tuning.record_file import write_whole
 
 DEFAULTS = Settings()

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.evaluation import Costing, Evaluation, judged, limits, mean_cost, recounted, rho
+from gap.initial_states import Projection, marginalised
 from gap.measured import Array
 from gap.model import Model
 from gap.sensitivity import projected, sensitivities
-from gap.windows import Experiment, Projection, marginalised, simulate
+from gap.simulate import simulate
+from gap.windows import Experiment
 
 _DAMPINGS = (0.0, 0.03, 0.3, 3.0, 30.0)
 INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard deviation, below which its sensitivity is not renewed

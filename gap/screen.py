@@ -17,7 +17,7 @@ from gap.fit import Fit
 from gap.measured import Array
 from gap.model import Model
 from gap.sensitivity import projected
-from gap.windows import simulate
+from gap.simulate import simulate
 from sim_backend.effects.registry import REGISTRY
 
 SAME_DIRECTION = 0.95

@@ -15,9 +15,10 @@ from gap.compare import paired_t, separation_t
 from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
 from gap.fit import CONVERGED, Fit, fit, settled
 from gap.screen import VISIBLE, Screening, Signature, points, screen
+from gap.simulate import remembering
 from gap.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, STEPS, Base, Trial, effects, first_trial, own_trial
 from gap.turned import turned_trials
-from gap.windows import Experiment, remembering
+from gap.windows import Experiment
 
 LEAST_T = 3.5
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages

@@ -9,7 +9,8 @@ import numpy as np
 from gap.evaluation import Evaluation
 from gap.measured import Array
 from gap.model import Model
-from gap.windows import Experiment, simulate
+from gap.simulate import simulate
+from gap.windows import Experiment
 
 MOVE = 0.02  # share of its scale by which an effect is moved for a finite difference
 _PRIOR_MOVE = 0.3

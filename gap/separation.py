@@ -17,12 +17,14 @@ from config.load import LoadedRig
 from gap.closed_loop import measured_on
 from gap.compare import paired_t
 from gap.evaluation import Costing, Evaluation, judged
+from gap.initial_states import marginalised, start_states
 from gap.measured import Array, Measured
 from gap.model import Free, Model
 from gap.noise import noise_floors
 from gap.sensitivity import projected, sensitivities
+from gap.simulate import simulate
 from gap.window_length import window_length_s
-from gap.windows import marginalised, prepare, simulate, start_states
+from gap.windows import prepare
 
 _LOOSE = 1e-6  # precision of a parameter without a prior
 

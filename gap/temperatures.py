@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from config.rig import Rig
 from gap.measured import Array
 from gap.noise import local_variances
-from gap.windows import Experiment, warmed
+from gap.simulate import warmed
+from gap.windows import Experiment
 from sim_backend.batch import carry
 from sim_backend.layout import Vector
 

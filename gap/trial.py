@@ -11,9 +11,10 @@ from gap.candidates import Candidate
 from gap.compare import paired_t
 from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
 from gap.fit import Fit, covariance, fit
+from gap.initial_states import Projection, marginalised
 from gap.measured import Array
 from gap.model import Model
-from gap.windows import Experiment, Projection, marginalised
+from gap.windows import Experiment
 from sim_backend.effects.registry import REGISTRY
 from sim_backend.layout import C
 

@@ -1,0 +1,84 @@
+"""What is not known at a window's start is integrated out.
+
+With J₀ the sensitivity to the window's initial state s₀ and S₀ its prior covariance, a residual e is replaced by e − J₀ ŝ and the residual
+of the prior, ŝ = (J₀ᵀJ₀ + S₀⁻¹)⁻¹ J₀ᵀ e. All of this is linear in e, so it acts on columns of a Jacobian alike.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.measured import Array
+from gap.simulate import carried, warmed
+from gap.windows import Experiment
+from sim_backend.batch import restart
+from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, J, Vector, X
+from sim_backend.rates import IMPOSED
+
+# Standard deviation of each state at a window's start, and by how much it is moved for its sensitivity. Positions and velocities come
+# from the measurement; pressures, friction and modes are the model's own, disturbed by that correction.
+_POSITION_SD, _PRESSURE_SD, _SHAPE_SD, _SHAPE_RATE_SD = 5e-5, 1e4, 1e-3, 5e-2
+
+
+@dataclass(frozen=True, slots=True)
+class StartState:
+    """One marginalised state: its number in the kernel's state vector and its prior standard deviation."""
+
+    number: int
+    sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class Projection:
+    """What marginalising the initial states does to a residual; sensitivities in units of the prior, windows × values × states."""
+
+    sensitivity: Array
+    gain: Array  # windows × states × values
+
+    def apply(self, e: Array) -> Array:
+        """windows × values → windows × (values + states): what is left, then the cost of the initial states."""
+        moved = np.matmul(self.gain, e[:, :, None])
+        left = e - np.matmul(self.sensitivity, moved)[:, :, 0]
+        return np.concatenate([left, moved[:, :, 0]], axis=1)
+
+    def apply_all(self, columns: Array) -> Array:
+        """numbers × windows × values → numbers × windows × (values + states)."""
+        e = columns.transpose(1, 2, 0)
+        moved = np.matmul(self.gain, e)
+        return np.concatenate([e - np.matmul(self.sensitivity, moved), moved], axis=1).transpose(2, 0, 1)
+
+
+def marginalised(experiment: Experiment, p: Vector) -> Projection:
+    """The projection that takes out each window's unknown initial state, linearised at the parameters `p`."""
+    p = warmed(experiment, p)
+    base, kept = carried(experiment, p, slice(0, experiment.windows), keep=True)
+    states = start_states(p, experiment)
+    with ThreadPoolExecutor(experiment.workers) as pool:
+        moved = list(pool.map(lambda s: restart(kept, p, experiment.plan, s.number, s.sd), states))
+    there = np.isfinite(experiment.measured)
+    columns = [np.where(there, ((m - base)[:, :, experiment.columns]) / experiment.sigma, 0.0) for m in moved]
+    values = experiment.measured[0].size
+    blank = np.empty((experiment.windows, values, 0))
+    a = np.stack([np.nan_to_num(column).reshape(experiment.windows, -1) for column in columns], axis=2) if columns else blank
+    gain = np.linalg.solve(np.einsum("wnk,wnl->wkl", a, a) + np.eye(a.shape[2]), a.transpose(0, 2, 1))
+    return Projection(a, gain)
+
+
+def start_states(p: Vector, experiment: Experiment) -> list[StartState]:
+    """Which initial states are marginalised: motion of every joint, its pressures, and the link's shapes when it bends."""
+    states = []
+    for slot in range(SLOTS):
+        kind = p[J_START + slot * J_STRIDE + J.KIND]
+        if kind in (0.0, IMPOSED):
+            continue
+        s = slot * D_STRIDE
+        states += [StartState(s + D.POSITION, _POSITION_SD), StartState(s + D.VELOCITY, experiment.velocity_sd[slot])]
+        if kind == 1.0:
+            states += [StartState(s + D.PRESSURE_A, _PRESSURE_SD), StartState(s + D.PRESSURE_B, _PRESSURE_SD)]
+    if p[C.ARM] > 0.0 and p[C.BENDING_STIFFNESS] > 0.0:
+        states += [StartState(int(k), _SHAPE_SD) for k in (X.SHAPE_1, X.SHAPE_2)]
+        states += [StartState(int(k), _SHAPE_RATE_SD) for k in (X.SHAPE_1_RATE, X.SHAPE_2_RATE)]
+    return states
