@@ -14,7 +14,7 @@ from gap.select import Search
 from gap.trial import FLOOR
 
 NO_GAP = 1.05  # noise floors up to which there is nothing to explain
-EXPLAINED = 1.10  # noise floors up to which constants alone are believed to explain a gap
+EXPLAINED = 1.10  # noise floors up to which constants alone are believed to explain a gap; up to CLOSED where they explain 98 % of it
 CLOSED = 1.5  # names are confirmed only when the hold-out ends below this
 REMAINDER = 0.10  # share of the first excess that may remain for names to stand, though not confirmed
 ALARM = 3.0  # prior standard deviations: the constant, its prior or the structure is wrong
@@ -38,7 +38,7 @@ def verdict(state: Search, before: float, refit: float, after: float) -> Verdict
     alarms = alarmed(state.current)
     if before <= NO_GAP:
         return Verdict("no_gap", f"The rig file predicts the hold-out within {before:.2f} noise floors.", True)
-    if refit <= EXPLAINED or refit - FLOOR <= 0.02 * (before - FLOOR):
+    if refit <= EXPLAINED or (refit <= CLOSED and refit - FLOOR <= 0.02 * (before - FLOOR)):
         far = f" Beyond {ALARM:g} prior standard deviations: {', '.join(alarms)}." if alarms else ""
         moved = f"Other values of the rig's constants alone bring the hold-out from {before:.3g} to {refit:.3g} noise floors"
         why = f"{moved}; no effect is missing.{far}"
