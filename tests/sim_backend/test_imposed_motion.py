@@ -49,9 +49,7 @@ def test_a_held_chamber_balances_load_cell_friction_and_inertia() -> None:
 
 def test_the_tip_of_a_turned_link_is_a_forced_oscillator() -> None:
     """A heavy tip on a light link: η'' + ω²η = −L θ'', from rest under θ = A (1 − cos pt)."""
-    loaded = load_rig("cu_flexible_arm").text.replace(
-        "    mass_per_length: 0.1333 kg/m", "    mass_per_length: 0.0005 kg/m"
-    )
+    loaded = load_rig("cu_flexible_arm").text.replace("    mass_per_length: 0.1333 kg/m", "    mass_per_length: 0.0005 kg/m")
     text = loaded.replace(
         "  effects: []", "  effects:\n    - {effect: link_flexibility, where: link, bending_stiffness: 0.19424 N*m^2, damping_ratio: 0}"
     )
