@@ -21,8 +21,8 @@ def judged(tmp_path: Path, hidden: tuple[Hidden, ...]) -> Score:
     removed = tuple((h.effect, h.where) for h in hidden)
     setting = Setting(900_777, hidden, False, BRISTLE)
     case = Case("case-0000", "single" if hidden else "null", setting, removed, 10.0 if hidden else 0.0, FIT, HOLDOUT)
-    result = run_case(Work(case.as_json(), str(tmp_path / "case-0000.json"), threads=2))
-    assert json.loads((tmp_path / "case-0000.json").read_text()) == result
+    run_case(Work(case.as_json(), str(tmp_path / "case-0000.json"), threads=2))
+    result = json.loads((tmp_path / "case-0000.json").read_text())
     assert set(result["baselines"]) == set(METHODS)
     assert [path.name for path in tmp_path.iterdir()] == ["case-0000.json"]
     return score(case, result)
