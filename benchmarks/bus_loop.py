@@ -94,10 +94,11 @@ def _recording(directory: Path) -> Log:
     """The recording of the armed time, once it is whole."""
     limit = time.monotonic() + 10.0
     while time.monotonic() < limit:
-        found = [path for path in directory.glob("*.mcap") if not path.stem.endswith("-standby")]
-        if len(found) == 1 and any(path.stem.endswith("-standby") for path in directory.glob("*.mcap")):
-            time.sleep(0.5)  # its last chunk
-            return read_log(found[0])
+        paths = sorted(directory.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)
+        armed = [path for path in paths if not path.stem.endswith("-standby")]  # that of the proof, then the one in motion
+        if armed and paths[-1] != armed[-1]:  # a standby recording is being written again
+            time.sleep(0.5)  # the last chunk
+            return read_log(armed[-1])
         time.sleep(0.02)
     raise DaemonError("no recording", where=str(directory))
 
