@@ -12,10 +12,10 @@ import pytest
 SCRIPT = """
 import ctypes, gc, json, os, sys
 from config.rig import Loop
+from daemon.realtime import request_realtime
 if len(sys.argv) > 2:  # as a user without privileges: setuid clears the capabilities
     import resource
     resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0)); resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0)); os.setuid(65534)
-from daemon.realtime import request_realtime
 facts = request_realtime(Loop(**json.loads(sys.argv[1])))
 print(json.dumps({"facts": [[f.name, f.granted, f.value, f.next_step] for f in facts], "rows": [f.row() for f in facts],
     "policy": os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, "cpus": sorted(os.sched_getaffinity(0)), "gc": gc.isenabled(),
