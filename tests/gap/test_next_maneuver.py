@@ -27,7 +27,7 @@ def axis(*without: str) -> LoadedRig:
 
 def rivals(loaded: LoadedRig) -> tuple[Rival, Rival]:
     coulomb = rival_of(loaded, "coulomb_friction", "axis", {"friction": 0.5})
-    return coulomb, rival_of(loaded, "stiction", "axis", {"excess": 0.5, "velocity": 0.002})
+    return coulomb, rival_of(loaded, "valve_deadband", "axis", {"overlap": 0.0014})
 
 
 @pytest.mark.parametrize("name", ["ornl_testbed", "force_axis"])
