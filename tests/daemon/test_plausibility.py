@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from config.errors import ConfigError
-from config.load import apply_overrides, load_rig, rig_from_text
+from config.load import LoadedRig, apply_overrides, load_rig, rig_from_text
 from config.rig import Rig
 from control.signals import Mode
 from daemon.checks import Reaction
@@ -153,9 +153,9 @@ def test_reactions_are_ordered_by_severity() -> None:
     assert list(Reaction) == [Reaction.FAULT, Reaction.STOP_THEN_FAULT, Reaction.STOP, Reaction.REFUSE, Reaction.WARN]
 
 
-def largest_shares(request: dict[str, Any], directory: Path) -> tuple[Verdict, str, float]:
+def largest_shares(request: dict[str, Any], directory: Path, loaded: LoadedRig = LOADED) -> tuple[Verdict, str, float]:
     """Verdict, reason and the largest share of a plausibility limit in the whole run."""
-    with LockstepRig(LOADED, directory) as rig:
+    with LockstepRig(loaded, directory) as rig:
         rig.arm()
         rig.start(request)
         run, values = rig.loop.keeper.run, rig.loop.values
@@ -185,8 +185,14 @@ def test_shipped_maneuvers_stay_far_from_the_limits(name: str, tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_the_sine_sweep_without_a_shaper_stops_for_the_tip_and_for_nothing_else(tmp_path: Path) -> None:
-    """It excites the link's resonance on purpose, and the rig's limit of the tip acceleration ends that."""
-    _, reason, worst = largest_shares({"maneuver": {"name": "sine_sweep"}, "approach": True}, tmp_path)
+def test_the_sine_sweep_without_feedback_stops_for_the_tip_and_for_nothing_else(tmp_path: Path) -> None:
+    """It excites the link's resonance on purpose, and the rig's limit of the tip acceleration ends that; not so with feedback."""
+    sweep = {"maneuver": {"name": "sine_sweep"}, "approach": True}
+    verdict, reason, worst = largest_shares(sweep, tmp_path)
+    assert verdict is Verdict.VALID, reason
+    assert worst < 0.5
+    without = tmp_path / "without.yaml"
+    without.write_text(apply_overrides(LOADED.text, ["end_point.gain=0"]))
+    _, reason, worst = largest_shares(sweep, tmp_path, load_rig(without))
     assert "tip.acceleration" in reason
     assert worst < 0.5
