@@ -137,7 +137,7 @@ def _trials(state: Search, screening: Screening, tell: Tell) -> list[Trial]:
 
 
 def _decide(state: Search, tried: int) -> Step | None:
-    """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters."""
+    """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters unless more are worth an effect."""
     threshold = max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
     passed = [t for t in state.last_trials if t.t > threshold and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP and t.has_size]
     if not passed:
@@ -145,7 +145,8 @@ def _decide(state: Search, tried: int) -> Step | None:
     best = min(passed, key=lambda trial: trial.cost)
     near = [t for t in passed if t is not best and t.gain >= RIVAL_GAIN * best.gain]
     rivals = [t for t in near if separation_t(t.holdout, best.holdout) < RIVAL_T]
-    simplest = min([best, *rivals], key=lambda t: (len(t.candidate.free), t.cost))
+    plain = [t for t in rivals if t.cost - best.cost < max(LEAST_DROP, LEAST_GAIN * (t.cost - FLOOR))]
+    simplest = min([best, *plain], key=lambda t: (len(t.candidate.free), t.cost))
     equals = tuple(t for t in [best, *rivals] if t is not simplest)
     others = tuple(t for t in state.last_trials if t is not simplest and t not in equals)
     return Step(simplest.fit.model.added[-1], simplest, equals, others)
