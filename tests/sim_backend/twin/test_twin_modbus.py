@@ -104,11 +104,16 @@ def test_stuck_values_stay_while_the_supply_is_lost(running, client) -> None:
 
 @pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll is not installed (apt-get install mbpoll)")
 def test_mbpoll_reads_the_same_registers(running, client) -> None:
-    ours = client.read_input_registers(0, count=2, device_id=UNIT).registers
+    def read() -> list[int]:
+        return client.read_input_registers(0, count=2, device_id=UNIT).registers
+
+    before = [read() for _ in range(5)]
     result = mbpoll(running.modbus_port, address=0)
     assert result.returncode == 0, result.stdout + result.stderr
     theirs = [int(line.split("\t")[-1].split()[0]) for line in result.stdout.splitlines() if line.startswith("[")]
-    assert theirs == pytest.approx(ours, abs=30)
+    ours = [*before, *(read() for _ in range(5))]  # the pressure moves meanwhile, and every reading has its noise
+    for number, values in zip(theirs, zip(*ours, strict=True), strict=True):
+        assert min(values) - 30 <= number <= max(values) + 30
     refused = mbpoll(running.modbus_port, address=900)
     assert "Illegal data address" in refused.stdout + refused.stderr
 
