@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from daemon.command import Command, CommandQueue
 from daemon.device_bank import DeviceBank
 from daemon.facts import Facts
 from daemon.io_process import SlowDevice
-from daemon.lockstep import Alone
+from daemon.lockstep import Alone, DirectSink
 from daemon.log_stream import LogStream
 from daemon.loop import ControlLoop
 from daemon.modes import Event
@@ -47,17 +47,6 @@ PATIENT = [  # two loops share one interpreter here
     "devices.io.timeout=0.2 s",
 ]
 _channels = itertools.count()
-
-
-class _Sink:
-    dropped = 0
-
-    def __init__(self, handle: Callable[[int, int, bytes], None]) -> None:
-        self._handle = handle
-
-    def write(self, kind: int, stamp_ns: int, data: bytes) -> bool:
-        self._handle(kind, stamp_ns, data)
-        return True
 
 
 class CanDaemon:
@@ -89,7 +78,7 @@ class CanDaemon:
             self._threads[-1].start()
         bank = DeviceBank(rig, self.facts, lockstep=False, slow=slow)
         bank.open()
-        log = LogStream(layout, _Sink(self.recorder.handle), _Sink(self._journal))
+        log = LogStream(layout, DirectSink(self.recorder.handle), DirectSink(self._journal))
         return ControlLoop(rig, self.facts, WallClock(0.0), bank, self.commands, log, Alone(self.facts, directory), Timing([0] * WORDS))
 
     def _journal(self, kind: int, stamp_ns: int, data: bytes) -> None:
