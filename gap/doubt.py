@@ -8,7 +8,7 @@ from typing import Any
 from config.load import LoadedRig
 from gap.look_alikes import look_alikes
 from gap.next_maneuver import NONE, next_maneuver
-from gap.select import Search, Step
+from gap.search_state import Search, Step
 from gap.separation import Rival
 from gap.trial import Trial
 from gap.verdict import Verdict

@@ -22,6 +22,7 @@ import numpy as np
 
 from config.errors import LogError, PlantError
 from config.load import LoadedRig, load_rig, rig_from_text
+from gap.acceptance import REFIT_STEPS
 from gap.candidates import candidates
 from gap.data_check import DataProblem, censored, check, refuse_pairing, same_maneuver
 from gap.doubt import next_of
@@ -39,7 +40,8 @@ from gap.nuisance import nuisances
 from gap.remainder import remainder, sentence
 from gap.report import write_report
 from gap.screen import screen
-from gap.select import REFIT_STEPS, Search, search
+from gap.search_state import Search
+from gap.select import search
 from gap.settings import Settings
 from gap.simulate import remembering, some
 from gap.strata import chosen
@@ -100,7 +102,7 @@ def search_gap(
     state, nominal, refitted = _started(model, experiments, held, frozenset(names), tell)
     faults = _beside_model(nominal, names, tell)
     if not any(fault.fatal for fault in faults):
-        search(state, tell)
+        state = search(state, tell)
     problems += faults
     return _concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], settings, tell)
 

@@ -15,7 +15,7 @@ from gap.measured import Array, Measured
 from gap.model import Model
 from gap.model_file import width_key
 from gap.screen import Screening
-from gap.select import Search, Step
+from gap.search_state import Search, Step
 from gap.trial import Trial
 from gap.verdict import ALARM, Verdict
 from sim_backend.effects.registry import REGISTRY

@@ -10,7 +10,7 @@ from gap.data_check import DataProblem
 from gap.evaluation import Evaluation
 from gap.localise import Place
 from gap.measured import Array
-from gap.select import Search
+from gap.search_state import Search
 from gap.verdict import Verdict
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gap.compare import paired_t
-from gap.select import RIVAL_GAIN, RIVAL_T, Search, Step
+from gap.search_state import RIVAL_GAIN, RIVAL_T, Search, Step
 from gap.trial import FLOOR, Trial
 
 AS_GOOD = 1.10  # ratio of hold-out costs: an effect of the same signature that gets as near the floor is not excluded by its t alone

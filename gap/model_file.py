@@ -8,7 +8,7 @@ from config.load import apply_overrides
 from config.yaml_tree import entry, parse
 from gap.measured import Array
 from gap.model import Free, Model
-from gap.select import Step
+from gap.search_state import Step
 
 WORTH_WRITING = 0.5  # prior standard deviations a constant must have moved to be changed in the file
 

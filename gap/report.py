@@ -14,7 +14,7 @@ from gap.found import Found
 from gap.naming_record import how_often_right
 from gap.page import folded, page, paragraph, table
 from gap.replay import SMOOTH_S, replays
-from gap.select import Step
+from gap.search_state import Step
 from gap.shown import fingerprints, stages, telling_channel, unit_of_channel
 from gap.unseen import Unseen
 from tuning.record_file import write_whole

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from config.effect_entry import EffectEntry
 from gap.candidates import Candidate
 from gap.compare import paired_t
 from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
@@ -114,23 +115,21 @@ def _same_states(base: Base, model: Model) -> bool:
 def _judged(base: Base, candidate: Candidate, best: Fit, projections: Sequence[Projection] | None) -> Trial:
     after = tuple(evaluate(e, best.model, base.costs, projections[k] if projections else None) for k, e in enumerate(base.holdouts))
     drop = base.cost - mean_cost(after)
-    has_size = _has_size(candidate, best, base.costs)
+    sized = has_size(best, best.model.added[-1], base.costs)
     known = len(base.current.model.free)  # a trial keeps the candidate's sensitivities only: a dozen of them are alive together
     slim = replace(best, jacobian=tuple(j[known:].copy() for j in best.jacobian), columns=())
-    if not has_size:
+    if not sized:
         return Trial(candidate, slim, after, 0.0, 0.0, 0.0, False)
     return Trial(candidate, slim, after, drop / excess(base.cost), drop, paired_t(base.seen, after), True)
 
 
-def _has_size(candidate: Candidate, best: Fit, costs: Costing) -> bool:
+def has_size(done: Fit, entry: EffectEntry, costs: Costing) -> bool:
     """Whether the fit has moved the effect away from its neutral value by more than its uncertainty; else what it gained, the constants
     have gained."""
-    neutral = REGISTRY[candidate.effect].neutral
-    sd = np.sqrt(np.maximum(np.diag(covariance(best, costs)), 0.0))
-    numbers = best.model.of_effect(best.model.added[-1])
-    pairs = [(k, free) for k, free in zip(numbers, candidate.free, strict=True) if free.key in neutral]
-    sizes = [abs(best.model.theta[k] - neutral[free.key]) for k, free in pairs]
-    return not pairs or any(size > 1.96 * sd[k] for size, (k, _) in zip(sizes, pairs, strict=True))
+    model, neutral = done.model, REGISTRY[entry.effect].neutral
+    sd = np.sqrt(np.maximum(np.diag(covariance(done, costs)), 0.0))
+    numbers = [k for k in model.of_effect(entry) if model.free[k].key in neutral]
+    return not numbers or any(abs(model.theta[k] - neutral[model.free[k].key]) > 1.96 * sd[k] for k in numbers)
 
 
 def _grown(columns: Array, count: int) -> Array:

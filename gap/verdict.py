@@ -10,7 +10,7 @@ from gap.evaluation import Costing, Evaluation
 from gap.fit import Fit, covariance
 from gap.look_alikes import look_alikes
 from gap.measured import Array
-from gap.select import Search
+from gap.search_state import Search
 from gap.trial import FLOOR
 
 NO_GAP = 1.05  # noise floors up to which there is nothing to explain
