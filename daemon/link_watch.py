@@ -18,8 +18,9 @@ from recording.event import Level
 
 PERIOD_S = 1.0
 SLOW_COUNTS = ("polls", "failed_polls")
-MISSED_SHARE = 0.01  # of the cycles: a shared computer makes single frames late
+OVERDUE_SHARE = 0.01  # of the cycles: a shared computer makes single frames late
 _LOSSES = ("left_over", "send_failures", "error_frames", "malformed", "failed_polls")
+_OVERDUE = ("late", "lost")
 _IN_TEXT = ("frames", "foreign", "send_failures", "error_frames", "polls", "failed_polls")
 
 
@@ -48,7 +49,7 @@ class LinkWatch:
         self._places = places
         self._counting = [(name, driver) for name, driver in drivers.items() if isinstance(driver, Counts)]
         self._log = log
-        self._most_missed = MISSED_SHARE * rig.loop.rate_Hz * PERIOD_S
+        self._most_overdue = OVERDUE_SHARE * rig.loop.rate_Hz * PERIOD_S
         self._before: dict[str, float] = {}
         self._next_ns = 0
 
@@ -86,18 +87,22 @@ class LinkWatch:
             before = self._before.get(fact, 0.0 if count in _LOSSES else number)
             if count == "state" and number != before:
                 found.append(f"{bus_state(before)} → {bus_state(number)}")
-            elif (count in _LOSSES and number > before) or (count == "missed" and number - before > self._most_missed):
+            elif (count in _LOSSES and number > before) or (count in _OVERDUE and number - before > self._most_overdue):
                 found.append(f"{fact} +{number - before:g}")
         return found
 
 
 def link_text(link: str, numbers: Mapping[str, float]) -> str:
-    """'can0 active: 4000 frames, 0 foreign, 0 send failures, 0 error frames; missed: rotary_encoder 2'"""
+    """'can0 active: 4000 frames, 0 foreign, 0 send failures, 0 error frames; late: rotary_encoder 2; lost: rotary_valve 1'"""
     state = numbers.get(f"{link}.state")
     shown = [f"{numbers[fact]:.0f} {count.replace('_', ' ')}" for count in _IN_TEXT if (fact := f"{link}.{count}") in numbers]
-    missed = [f"{fact[: -len('.missed')]} {number:.0f}" for fact, number in numbers.items() if fact.endswith(".missed") and number]
     head = link if state is None else f"{link} {bus_state(state)}"
-    return f"{head}: {', '.join(shown)}" + (f"; missed: {', '.join(missed)}" if missed else "")
+    return f"{head}: {', '.join(shown)}" + "".join(_overdue_text(count, numbers) for count in _OVERDUE)
+
+
+def _overdue_text(count: str, numbers: Mapping[str, float]) -> str:
+    devices = [f"{owner} {number:.0f}" for fact, number in numbers.items() if (owner := fact.removesuffix(f".{count}")) != fact and number]
+    return f"; {count}: {', '.join(devices)}" if devices else ""
 
 
 class LinksView:

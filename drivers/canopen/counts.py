@@ -25,7 +25,8 @@ BUS_COUNTS = (
 )
 DEVICE_COUNTS = (
     "received",  # frames of its process data
-    "missed",  # cycles in which one was due and had not come: late or lost
+    "late",  # of them, used after the cycle in which they were due
+    "lost",  # that were due and never came
     "stale",  # cycles that had values older than 2 ms, times the SYNCs between two frames
     "malformed",
     "emergency",  # code of the last EMCY, 0 for none

@@ -9,6 +9,7 @@ from config.canopen_options import CanopenOptions
 from config.errors import DriverError
 from drivers.canopen.bus import HEARTBEAT_ID, OPERATIONAL, CanopenBus, Steps, acquire, release
 from drivers.canopen.counts import BUS_COUNTS, DEVICE_COUNTS, counts_of
+from drivers.canopen.frame_count import FrameCount
 from drivers.canopen.node_setup import U16, NodeSetup, Setting
 from drivers.contract import Quality, Sample
 
@@ -21,9 +22,9 @@ STALE_NS = 2_000_000  # two cycles at 1 kHz: a frame that answers the last SYNC 
 class CanopenDevice:
     """Base of the drivers. A subclass says what is written (`_settings`), which frame it listens to, and what a frame means.
 
-    `received` counts its frames, `missing` the cycles since the last one, `missed` the cycles in which one was due and did not come,
-    `stale` those with values older than 2 ms (times `every_syncs`), `malformed` its frames that could not be read, `heard_ns` the
-    arrival of the last one. `emergency` is the code of the last EMCY (0: none, or over).
+    `received` counts its frames, `late` and `lost` those that did not come when they were due (see frame_count), `stale` the cycles with
+    values older than 2 ms (times `every_syncs`), `malformed` its frames that could not be read, `heard_ns` the arrival of the last one.
+    `emergency` is the code of the last EMCY (0: none, or over).
     """
 
     inputs: tuple[str, ...] = ()
@@ -41,12 +42,12 @@ class CanopenDevice:
         self._bus: CanopenBus | None = None
         self._samples = [Sample() for _ in self.inputs]
         self._configured = False
-        self._fresh = False
+        self._came = 0  # frames of this cycle
         self._read_ns = -1
         self._values_ns = 0  # when the process data came that the samples show
         self._silence = options.missing_frames * self.every_syncs
-        self.missing = self._silence
-        self.received = self.missed = self.stale = self.malformed = self.emergency = self.heard_ns = 0
+        self._frames = FrameCount(self.every_syncs, options.missing_frames)
+        self.received = self.stale = self.malformed = self.emergency = self.heard_ns = 0
         self.nmt_state = -1
         self.restarted = False
 
@@ -121,16 +122,12 @@ class CanopenDevice:
     def _accept(self, stamp_ns: int) -> None:
         self.received += 1
         self.heard_ns = self._values_ns = stamp_ns
-        self._fresh = True
+        self._came += 1
 
     def _count_frame(self, now_ns: int) -> None:
         self.stale += now_ns - self._values_ns > STALE_NS * self.every_syncs
-        if self._fresh:
-            self._fresh = False
-            self.missing = 0
-        else:
-            self.missing += 1
-            self.missed += self.missing >= self.every_syncs
+        self._frames.cycle(self._came)
+        self._came = 0
 
     def _answers(self, done: Callable[[], bool], limit_s: float, tell: Callable[[], None]) -> Steps[bool]:
         """Tell the device something until a frame makes `done()` true, but not the one frame that may answer an earlier SYNC."""
@@ -148,7 +145,7 @@ class CanopenDevice:
         """By the frame's coming alone: one missing frame may be lateness, several are a silent device."""
         if self._is_silent or not self.received:
             return Quality.BAD
-        return Quality.GOOD if self.missing < self.every_syncs else Quality.UNCERTAIN
+        return Quality.GOOD if self._frames.missing < self.every_syncs else Quality.UNCERTAIN
 
     def _on_heartbeat(self, data: bytearray, stamp_ns: int) -> None:
         if len(data) != 1:
@@ -167,8 +164,16 @@ class CanopenDevice:
         self.emergency = data[0] | data[1] << 8
 
     @property
+    def late(self) -> int:
+        return self._frames.late
+
+    @property
+    def lost(self) -> int:
+        return self._frames.lost
+
+    @property
     def _is_silent(self) -> bool:
-        return self.missing >= self._silence
+        return self._frames.missing >= self._silence
 
     @property
     def _tpdo_id(self) -> int:

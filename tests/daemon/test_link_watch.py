@@ -66,7 +66,8 @@ def test_every_second_the_counts_are_facts(tmp_path: Path) -> None:
         ("can0.error_frames", 1.0, "can0.error_frames +1"),
         ("can0.left_over", 1.0, "can0.left_over +1"),
         (f"{ENCODER}.malformed", 2.0, f"{ENCODER}.malformed +2"),
-        (f"{ENCODER}.missed", 0.01 * HZ + 1, f"{ENCODER}.missed +{0.01 * HZ + 1:g}"),
+        (f"{ENCODER}.late", 0.01 * HZ + 1, f"{ENCODER}.late +{0.01 * HZ + 1:g}"),
+        (f"{ENCODER}.lost", 0.01 * HZ + 2, f"{ENCODER}.lost +{0.01 * HZ + 2:g}"),
         ("can0.state", float(BusState.PASSIVE), "active → passive"),
     ],
 )
@@ -84,7 +85,8 @@ def test_single_late_frames_and_frames_of_others_are_no_trouble(tmp_path: Path) 
     with proving_rig(tmp_path) as (rig, _):
         counting = watched(rig)
         for _ in range(5):
-            counting.device["missed"] += 0.005 * HZ
+            counting.device["late"] += 0.005 * HZ
+            counting.device["lost"] += 0.005 * HZ
             counting.bus["foreign"] += 100 * HZ
             rig.cycles(HZ)
         assert warnings(rig) == []
