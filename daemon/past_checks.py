@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain, pairwise
 from math import isnan
 from typing import Any
 
@@ -72,22 +73,18 @@ def _row_at(log: Log, t_s: float | None) -> int:
 def _walk(log: Log, rig: Rig, facts: Facts, end: int) -> list[float]:
     """The facts as the loop had them when it checked row `end`: what the controller computes is still that of the cycle before."""
     plausibility, values = Plausibility(rig, facts), facts.blank()
+    errors = {facts.index(f"{j}.following_error"): (facts.index(f"{j}.reference"), facts.index(f"{j}.position")) for j in rig.joints}
     later = _places(facts, rig)
-    for row in _rows(log, facts, max(0, end - round(MEMORY_S * rig.loop.rate_Hz)), end):
-        kept = {index: values[index] for index in later}
+    rows = _rows(log, facts, max(0, end - round(MEMORY_S * rig.loop.rate_Hz)), end)
+    for before, row in pairwise(chain([tuple(values)], rows)):
         values[: facts.row_length] = row
-        computed = {index: values[index] for index in later}
-        for index, value in kept.items():
-            values[index] = value
+        for index in later:
+            values[index] = before[index]
+        for index, (reference, position) in errors.items():
+            values[index] = abs(before[reference] - before[position])
         _qualities(rig, facts, values)
         plausibility.update(values, round(1e9 * values[facts.index("t_s")]))
-        checked = list(values)
-        for index, value in computed.items():
-            values[index] = value
-        for joint in rig.joints:
-            error = values[facts.index(f"{joint}.reference")] - values[facts.index(f"{joint}.position")]
-            values[facts.index(f"{joint}.following_error")] = abs(error)
-    return checked
+    return values
 
 
 def _rows(log: Log, facts: Facts, start: int, end: int) -> Iterator[tuple[float, ...]]:
