@@ -13,14 +13,15 @@ import numpy as np
 
 from gap.measured import Array
 from gap.simulate import carried, warmed
-from gap.windows import Experiment
+from gap.windows import SHAPE_RATE_SD, Experiment
 from sim_backend.batch import restart
 from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, J, Vector, X
 from sim_backend.rates import IMPOSED
 
-# Standard deviation of each state at a window's start, and by how much it is moved for its sensitivity. Positions and velocities come
-# from the measurement; pressures, friction and modes are the model's own, disturbed by that correction.
-_POSITION_SD, _PRESSURE_SD, _SHAPE_SD, _SHAPE_RATE_SD = 5e-5, 1e4, 1e-3, 5e-2
+# Standard deviation of each state at a window's start. Positions and velocities come from the measurement; pressures, friction and
+# modes are the model's own, disturbed by that correction.
+_POSITION_SD, _PRESSURE_SD, _SHAPE_SD = 5e-5, 1e4, 1e-3
+_MOVE = 0.1  # of it by which a state is moved for its sensitivity: a whole one may lead across a reversal
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +58,9 @@ def marginalised(experiment: Experiment, p: Vector) -> Projection:
     base, kept = carried(experiment, p, slice(0, experiment.windows), keep=True)
     states = start_states(p, experiment)
     with ThreadPoolExecutor(experiment.workers) as pool:
-        moved = list(pool.map(lambda s: restart(kept, p, experiment.plan, s.number, s.sd), states))
+        moved = list(pool.map(lambda s: restart(kept, p, experiment.plan, s.number, _MOVE * s.sd), states))
     there = np.isfinite(experiment.measured)
-    columns = [np.where(there, ((m - base)[:, :, experiment.columns]) / experiment.sigma, 0.0) for m in moved]
+    columns = [np.where(there, ((m - base)[:, :, experiment.columns]) / (_MOVE * experiment.sigma), 0.0) for m in moved]
     values = experiment.measured[0].size
     blank = np.empty((experiment.windows, values, 0))
     a = np.stack([np.nan_to_num(column).reshape(experiment.windows, -1) for column in columns], axis=2) if columns else blank
@@ -80,5 +81,5 @@ def start_states(p: Vector, experiment: Experiment) -> list[StartState]:
             states += [StartState(s + D.PRESSURE_A, _PRESSURE_SD), StartState(s + D.PRESSURE_B, _PRESSURE_SD)]
     if p[C.ARM] > 0.0 and p[C.BENDING_STIFFNESS] > 0.0:
         states += [StartState(int(k), _SHAPE_SD) for k in (X.SHAPE_1, X.SHAPE_2)]
-        states += [StartState(int(k), _SHAPE_RATE_SD) for k in (X.SHAPE_1_RATE, X.SHAPE_2_RATE)]
+        states += [StartState(int(k), SHAPE_RATE_SD) for k in (X.SHAPE_1_RATE, X.SHAPE_2_RATE)]
     return states

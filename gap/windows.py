@@ -10,6 +10,7 @@ from scipy.signal import savgol_filter
 
 from config.errors import LogError
 from config.rig import Rig
+from gap.local_motion import local_motion, rate_noise
 from gap.measured import Array, Measured, bridged
 from sim_backend.batch import TARGETS, WindowPlan, quiet
 from sim_backend.layout import J_START, J_STRIDE, SLOTS, J, Vector
@@ -19,9 +20,10 @@ from sim_backend.rates import IMPOSED
 
 SAMPLE_RATE_HZ = 350.0  # readings compared; commands act at the log's own rate
 IMPOSED_ROWS = 10  # at least on either side where the velocity is an input: its noise would count as force
-SLOPE_SPAN_S = 0.03  # span of the local parabola that gives velocities at a window's start
+SLOPE_SPAN_S = 0.03  # longest span of the local polynomial that gives velocities at a window's start
 BURN_IN_S = 0.3  # the carried states forget how the simulation was started
 LEAST_WINDOWS = 6
+SHAPE_RATE_SD = 5e-2  # of the link's shapes (m/s)
 _VELOCITY_SD = 4e-3  # at least, of the velocity at a window's start (rad/s or m/s)
 
 
@@ -80,12 +82,12 @@ def prepare(log: Measured, rig: Rig, sigma: Mapping[str, float], window_s: float
     blank = np.full(log.rows, np.nan)
     measured = np.stack([log.channels[name].values[samples] if name in log.channels else blank[samples] for name in channels], axis=2)
     parameters = Parameters(rig)
-    plan = WindowPlan(_slot_commands(log, rig, parameters), starts, rows, every, log.period_s, _targets(log, parameters))
+    velocity_sd = _velocity_sd(log, sigma, parameters)
+    targets = _targets(log, parameters, sigma, velocity_sd)
+    plan = WindowPlan(_slot_commands(log, rig, parameters), starts, rows, every, log.period_s, targets)
     columns = tuple(parameters.sensors[name] for name in channels)
     noise = np.array([sigma[name] for name in channels])
-    return Experiment(
-        log, plan, _rest(log, rig), columns, measured, noise, _velocity_sd(log, sigma, parameters), _warmer(log, rig), workers
-    )
+    return Experiment(log, plan, _rest(log, rig), columns, measured, noise, velocity_sd, _warmer(log, rig), workers)
 
 
 def velocities(experiment: Experiment) -> Array:
@@ -100,8 +102,7 @@ def _slope_rows(period_s: float) -> int:
 
 def _velocity_sd(log: Measured, sigma: Mapping[str, float], parameters: Parameters) -> dict[int, float]:
     """Of the velocity at a window's start: at least three standard deviations of what the parabola makes of the position's noise."""
-    half = _slope_rows(log.period_s)
-    spread = 3.0 / (log.period_s * np.sqrt(half * (half + 1) * (2 * half + 1) / 3))
+    spread = 3.0 * rate_noise(2, _slope_rows(log.period_s), log.period_s)
     return {slot: max(_VELOCITY_SD, float(sigma[f"{joint}.position"] * spread)) for joint, slot in parameters.slots.items()}
 
 
@@ -112,21 +113,29 @@ def _slot_commands(log: Measured, rig: Rig, parameters: Parameters) -> Array:
     return commands
 
 
-def _targets(log: Measured, parameters: Parameters) -> Array:
-    """Measured positions, velocities, accelerations and tip deflection at every row, from a local parabola; NaN next to rows that are
-    missing."""
+def _targets(log: Measured, parameters: Parameters, sigma: Mapping[str, float], velocity_sd: Mapping[int, float]) -> Array:
+    """Measured positions, velocities, accelerations and tip deflection at every row; NaN next to rows that are missing."""
     targets = np.full((log.rows, TARGETS), np.nan)
-    places = {f"{joint}.position": (slot, 2 + slot) for joint, slot in parameters.slots.items()} | {"tip.deflection": (4, 5)}
-    imposed = {slot for slot in range(SLOTS) if parameters.values[J_START + slot * J_STRIDE + J.KIND] == IMPOSED}
-    for name, (value, rate) in places.items():
-        if name in log.channels:
-            half = max(_slope_rows(log.period_s), IMPOSED_ROWS if value in imposed else 0)
-            length, read = 2 * half + 1, bridged(log.channels[name].values)
-            targets[:, value] = savgol_filter(read, length, 2, mode="nearest")
-            targets[:, rate] = savgol_filter(read, length, 2, deriv=1, delta=log.period_s, mode="nearest")
-            if value < SLOTS:
-                targets[:, 6 + value] = savgol_filter(read, length, 2, deriv=2, delta=log.period_s, mode="nearest")
+    half = _slope_rows(log.period_s)
+    for joint, slot in parameters.slots.items():
+        read = bridged(log.channels[f"{joint}.position"].values) if f"{joint}.position" in log.channels else None
+        if read is None:
+            continue
+        if parameters.values[J_START + slot * J_STRIDE + J.KIND] == IMPOSED:
+            motion = _smooth(read, log.period_s, max(half, IMPOSED_ROWS))
+        else:
+            motion = local_motion(read, sigma[f"{joint}.position"], log.period_s, half, velocity_sd[slot] / 3.0)
+        targets[:, slot], targets[:, 2 + slot], targets[:, 6 + slot] = motion
+    if "tip.deflection" in log.channels:
+        read, noise = bridged(log.channels["tip.deflection"].values), sigma["tip.deflection"]
+        targets[:, 4], targets[:, 5], _ = local_motion(read, noise, log.period_s, half, SHAPE_RATE_SD / 3.0)
     return targets
+
+
+def _smooth(read: Array, period_s: float, half: int) -> tuple[Array, Array, Array]:
+    """Motion that is imposed at every row: a parabola of one length, since what is rough here would be force."""
+    found = [savgol_filter(read, 2 * half + 1, 2, deriv=k, delta=period_s, mode="nearest") for k in range(3)]
+    return found[0], found[1], found[2]
 
 
 def _rest(log: Measured, rig: Rig) -> Vector:
