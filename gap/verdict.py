@@ -16,6 +16,7 @@ from gap.trial import FLOOR
 NO_GAP = 1.05  # noise floors up to which there is nothing to explain
 EXPLAINED = 1.10  # noise floors up to which constants alone are believed to explain a gap; up to CLOSED where they explain 98 % of it
 CLOSED = 1.5  # names are confirmed only when the hold-out ends below this
+CLEAR = 0.5  # share of what the constants had left that may remain for that: more is within what a model error of another kind can feign
 REMAINDER = 0.10  # share of the first excess that may remain for names to stand, though not confirmed
 ALARM = 3.0  # prior standard deviations: the constant, its prior or the structure is wrong
 BOOTSTRAPS = 200
@@ -34,7 +35,7 @@ class Verdict:
 def verdict(state: Search, before: float, refit: float, after: float) -> Verdict:
     """`before`, `refit`, `after`: hold-out costs of the rig file, of its refitted constants and of the final model, in noise floors."""
     if state.steps:
-        return _named(state, before, after)
+        return _named(state, before, refit, after)
     alarms = alarmed(state.current)
     if before <= NO_GAP:
         return Verdict("no_gap", f"The rig file predicts the hold-out within {before:.2f} noise floors.", True)
@@ -47,15 +48,18 @@ def verdict(state: Search, before: float, refit: float, after: float) -> Verdict
     return Verdict("unknown", why, False)
 
 
-def _named(state: Search, before: float, after: float) -> Verdict:
+def _named(state: Search, before: float, refit: float, after: float) -> Verdict:
     names = " and ".join(f"{s.trial.candidate.effect} at {s.trial.candidate.where}" for s in state.steps)
     rest = (after - FLOOR) / max(before - FLOOR, 1e-9)
     gap = f"the hold-out goes from {before:.4g} to {after:.4g} noise floors"
     if after > CLOSED and rest > REMAINDER:
         why = f"{names} help, but {rest:.0%} of the gap remains ({gap}): an effect outside the library or a constant that is not free."
         return Verdict("unknown", why, False)
-    closed = after <= CLOSED
+    clear = after - FLOOR <= CLEAR * max(refit - FLOOR, NO_GAP - FLOOR)
+    closed = after <= CLOSED and clear
     open_ = "" if closed else f" {rest:.1%} of the gap remains, so the names are tentative."
+    if after <= CLOSED and not clear:
+        open_ = f" The best constants alone end at {refit:.3g}, so the names are tentative."
     unclear = [(s.trial, *alike) for s in state.steps if (alike := look_alikes(state, s))]
     if unclear:
         sets = "; ".join("{" + ", ".join(f"{t.candidate.effect} at {t.candidate.where}" for t in trials) + "}" for trials in unclear)
