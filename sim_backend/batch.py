@@ -20,9 +20,9 @@ from sim_backend.layout import (
     DIFFERENTIAL,
     J_START,
     J_STRIDE,
+    RING,
     S_START,
     S_STRIDE,
-    SENSOR_RING,
     SENSOR_START,
     SENSOR_STRIDE,
     SLOTS,
@@ -38,6 +38,7 @@ from sim_backend.layout import (
 from sim_backend.parameters import Parameters
 from sim_backend.rates import IMPOSED
 from sim_backend.sensors import raw_counts
+from sim_backend.valve import spool_command
 from sim_backend.work import W_STRIDE, WORK, W
 
 TARGETS = 8  # measured at every row: two positions, two velocities, tip deflection and its rate, two accelerations
@@ -82,7 +83,8 @@ def quiet(parameters: Parameters) -> Vector:
 def carry(start: Vector, p: Vector, plan: WindowPlan, keep: bool = False, entered: Array | None = None) -> tuple[Array, Array]:
     """Readings (windows × samples × sensors, SI) with parameters `p` from state `start`; with `keep` also the windows' first states.
 
-    `entered`: windows × states, from which the windows with an entry row are reached instead of through the log before them.
+    `entered`: windows × states, from which the windows with an entry row are reached instead of through the log before them; their
+    hysteresis is made that of `p`.
     Releases the interpreter lock: call it from several threads.
     """
     out = np.empty((len(plan.starts), plan.samples, int(p[C.SENSORS])))
@@ -150,7 +152,7 @@ def _move_readings(x: Vector, p: Vector, signal: int, change: float) -> None:
         if int(p[S_START + number * S_STRIDE + S.SIGNAL]) == signal:
             at = SENSOR_START + number * SENSOR_STRIDE
             x[at] += change
-            for k in range(SENSOR_RING):
+            for k in range(RING):
                 x[at + 3 + k] += change
 
 
@@ -203,6 +205,14 @@ def _correct(x: Vector, p: Vector, targets: Array, row: int, period_s: float) ->
 
 
 @_released
+def _played(play: float, p: Vector, slot: int, commands: Array, first: int, last: int, temperature_C: float) -> float:
+    """State of a slot's hysteresis after the commands of these rows: it follows from the commands alone, whatever the plant did."""
+    for row in range(first, last):
+        _, play = spool_command(commands[row, slot], play, p, J_START + slot * J_STRIDE, temperature_C)
+    return play
+
+
+@_released
 def _carry(
     x: Vector,
     p: Vector,
@@ -224,11 +234,16 @@ def _carry(
     x[X.SUPPLY_PRESSURE] = p[C.SUPPLY_PRESSURE]
     x[H.SENSE_PERIOD] = 0.0  # the sensors' lags are those of `p`
     row = 0
+    play, played = np.array([x[H.PLAY], x[H.PLAY + 1]]), np.zeros(SLOTS, np.int64)
     for i in range(starts.size):
         if entries[i] >= 0:
             row = entries[i]
             x[:] = entered[i]
             x[H.SENSE_PERIOD] = 0.0
+            for slot in range(SLOTS):
+                arrived = max(row - int(p[J_START + slot * J_STRIDE + J.DELAY] / period_s), played[slot])
+                play[slot] = _played(play[slot], p, slot, commands, played[slot], arrived, x[H.OIL])
+                x[H.PLAY + slot], played[slot] = play[slot], arrived
             _correct(x, p, targets, row, period_s)
         _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, targets, nothing)
         _correct(x, p, targets, starts[i], period_s)

@@ -1,7 +1,7 @@
 """The compiled plant: one control period a call, or many. Fixed-step Runge-Kutta of fourth order, no allocation, no branch on time.
 
-Per control period: temperature terms, sensors, heat. Per step: delay line, hysteresis, the spool that follows at once. Within a step
-everything else is one system of ordinary differential equations.
+Per control period: temperature terms, delay lines, sensors, heat. Per step: delayed command, hysteresis, the spool that follows at
+once. Within a step everything else is one system of ordinary differential equations.
 """
 
 from __future__ import annotations
@@ -36,32 +36,40 @@ _HALF_UP = 1e-9  # a period of exactly n steps must not be cut into n + 1 by rou
 
 
 @compiled
-def delayed_command(x: Vector, slot: int, delay_steps: float) -> float:
-    """The slot's command of `delay_steps` integration steps ago, averaged over the step."""
-    delay = min(delay_steps, RING - 2.0)
-    whole = floor(delay)
-    part = delay - whole
+def delayed_command(x: Vector, slot: int, begin: float, share: float) -> float:
+    """The slot's command averaged over a step that was `share` of a period long and began `begin` periods after the present period did
+    (before it: a negative number)."""
+    begin = max(begin, 2.0 - RING)
+    period = floor(begin)
     ring, head = RING_START + slot * RING, int(x[H.RING_HEAD]) + RING
-    newer = x[ring + (head - int(whole)) % RING]
-    return float(newer if part == 0.0 else (1.0 - part) * newer + part * x[ring + (head - int(whole) - 1) % RING])
+    command = float(x[ring + (head + int(period)) % RING])
+    later = begin + share - period - 1.0  # of the step in the next period's command
+    if later <= _HALF_UP or period >= 0.0:
+        return command
+    return command + later / share * (float(x[ring + (head + int(period) + 1) % RING]) - command)
 
 
 @compiled
-def start_step(x: Vector, p: Vector, w: Vector, command_0: float, command_1: float, step_s: float) -> None:
-    """What is constant over a step: delayed command, hysteresis; and the spool that has no lag."""
+def start_period(x: Vector, command_0: float, command_1: float) -> None:
+    """Put the period's commands into the delay lines."""
     x[H.RING_HEAD] = (int(x[H.RING_HEAD]) + 1) % RING
+    x[RING_START + int(x[H.RING_HEAD])] = command_0
+    x[RING_START + RING + int(x[H.RING_HEAD])] = command_1
+
+
+@compiled
+def start_step(x: Vector, p: Vector, w: Vector, begin: float, share: float, period_s: float) -> None:
+    """What is constant over a step: delayed command, hysteresis; and the spool that has no lag. The step begins `begin` periods after the
+    period does and is `share` of it long."""
     for slot in range(SLOTS):
         s, j = slot * D_STRIDE, J_START + slot * J_STRIDE
         if p[j + J.KIND] == 0.0:
             continue
-        command = command_0 if slot == 0 else command_1
-        x[RING_START + slot * RING + int(x[H.RING_HEAD])] = command
-        if p[j + J.DELAY] > 0.0:
-            command = delayed_command(x, slot, p[j + J.DELAY] / step_s)
+        command = delayed_command(x, slot, begin - p[j + J.DELAY] / period_s, share)
         wanted, x[H.PLAY + slot] = spool_command(command, x[H.PLAY + slot], p, j, x[H.OIL])
         w[slot * W_STRIDE + W.WANTED] = wanted
         if p[j + J.VALVE_TIME] == 0.0:
-            reach = p[j + J.SLEW_RATE] * step_s
+            reach = p[j + J.SLEW_RATE] * share * period_s
             x[s + D.SPOOL] += min(max(wanted - x[s + D.SPOOL], -reach), reach)
 
 
@@ -135,8 +143,9 @@ def advance(
     step_s = period_s / steps
     y, d, total = scratch
     hold_terms(x, p, w)
-    for _ in range(steps):
-        start_step(x, p, w, command_0, command_1, step_s)
+    start_period(x, command_0, command_1)
+    for step in range(steps):
+        start_step(x, p, w, step / steps, 1.0 / steps, period_s)
         runge_kutta_step(x, p, w, y, d, total, step_s)
     x[H.TIME] += period_s
     evaluate(x, p, w, d, step_s)

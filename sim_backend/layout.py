@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]  # one-dimensional
 
 SLOTS = 2
-RING = 512  # integration steps a command can be delayed
-SENSOR_RING = 128  # samples a sensor can be delayed
+RING = 1024  # control periods a command or a sensor can be delayed: the longest delay allowed (0.1 s) at the highest rate (10 kHz)
 MAX_SENSORS = 17
 
 
@@ -220,7 +219,7 @@ D_STRIDE = len(D)
 DIFFERENTIAL = 32
 RING_START = 48
 SENSOR_START = RING_START + SLOTS * RING
-SENSOR_STRIDE = SENSOR_RING + 3  # lagged value, coloured noise, what the lag keeps of it in a period, then the ring
+SENSOR_STRIDE = RING + 3  # lagged value, coloured noise, what the lag keeps of it in a period, then the ring
 STATES = SENSOR_START + MAX_SENSORS * SENSOR_STRIDE
 
 

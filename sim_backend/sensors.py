@@ -12,9 +12,9 @@ from sim_backend.layout import (
     D_STRIDE,
     J_START,
     J_STRIDE,
+    RING,
     S_START,
     S_STRIDE,
-    SENSOR_RING,
     SENSOR_START,
     SENSOR_STRIDE,
     SLOTS,
@@ -91,7 +91,7 @@ def start_sensors(x: Vector, p: Vector, w: Vector) -> None:
         at = SENSOR_START + number * SENSOR_STRIDE
         value = w[SIGNAL_START + int(p[S_START + number * S_STRIDE + S.SIGNAL])]
         x[at + _LAGGED] = value
-        x[at + _RING : at + _RING + SENSOR_RING] = value
+        x[at + _RING : at + _RING + RING] = value
 
 
 @compiled
@@ -109,7 +109,7 @@ def follow_sensors(x: Vector, p: Vector, w: Vector, period_s: float) -> None:
     if x[H.SENSE_PERIOD] != period_s:
         _set_lags(x, p, period_s)
     x[H.SAMPLE] += 1.0
-    newest = int(x[H.SAMPLE]) % SENSOR_RING
+    newest = int(x[H.SAMPLE]) % RING
     _draw_noise(x, p, True)
     for number in range(int(p[C.SENSORS])):
         at = SENSOR_START + number * SENSOR_STRIDE
@@ -121,14 +121,14 @@ def follow_sensors(x: Vector, p: Vector, w: Vector, period_s: float) -> None:
 @compiled
 def _delayed(x: Vector, at: int, delay_samples: float) -> float:
     """Value of a sensor's delay line, interpolated between samples."""
-    delay = min(delay_samples, SENSOR_RING - 2.0)
+    delay = min(delay_samples, RING - 2.0)
     whole = floor(delay)
     part = delay - whole
-    newest = int(x[H.SAMPLE]) + SENSOR_RING
-    value = float(x[at + _RING + (newest - int(whole)) % SENSOR_RING])
+    newest = int(x[H.SAMPLE]) + RING
+    value = float(x[at + _RING + (newest - int(whole)) % RING])
     if part == 0.0:
         return value
-    return (1.0 - part) * value + part * float(x[at + _RING + (newest - int(whole) - 1) % SENSOR_RING])
+    return (1.0 - part) * value + part * float(x[at + _RING + (newest - int(whole) - 1) % RING])
 
 
 @compiled
