@@ -31,7 +31,7 @@ _MOVE = (
 _OIL_SD_K = 1.0  # oil at the valves: a reservoir's thermometer does not follow it
 _BRISTLE_SD = 0.3  # of the deflection at which it slides
 # Relative standard deviations, from window to window, of what stands for the form of friction before it slides.
-_FORM_SD = {J.BRISTLE_STIFFNESS: 0.5, J.BRISTLE_DAMPING: 1.0, J.BRISTLE_FADE: 0.5, J.STICTION: 0.3}
+_FORM_SD = {J.BRISTLE_STIFFNESS: 0.5, J.BRISTLE_DAMPING: 1.0, J.BRISTLE_FADE: 0.5, J.STICTION: 0.3, J.STRIBECK: 0.3}
 
 
 @dataclass(frozen=True, slots=True)

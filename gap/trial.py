@@ -20,7 +20,7 @@ from sim_backend.effects.registry import REGISTRY
 from sim_backend.layout import C
 
 FLOOR = 1.0
-LEAST_GAIN = 0.25  # of the remaining excess over the floor: less is within what constants and friction of another form can feign
+LEAST_GAIN = 0.15  # of the remaining excess over the floor: less is within what constants and friction of another form can feign
 NEARLY_ALL = 0.9  # gain after which candidates with hardly any signature of the gap need no fit
 STARTS = 2
 STEPS = 5

@@ -82,4 +82,4 @@ def test_an_electric_drive_has_no_seal() -> None:
 
 def test_every_hydraulic_joint_with_friction_has_its_form() -> None:
     p = Model(RIG, (), np.empty(0)).vector()
-    assert len(forms_of_friction(p)) == 2 * len({J.BRISTLE_STIFFNESS, J.BRISTLE_DAMPING, J.BRISTLE_FADE, J.STICTION})
+    assert len(forms_of_friction(p)) == 2 * len({J.BRISTLE_STIFFNESS, J.BRISTLE_DAMPING, J.BRISTLE_FADE, J.STICTION, J.STRIBECK})
