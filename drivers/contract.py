@@ -2,8 +2,8 @@
 
 Life of a driver:  open → configure → activate → (read, write)* → safe → close.
 After `open` and before `activate` it may be read but must not move anything. `safe` puts every output into its safe state and
-may be called at any time, also twice; after it a write needs a new `activate`. `close` calls it. Any verb raises an exception
-(DriverError or its own) on failure.
+may be called at any time, also twice; after it a write needs a new `activate`, and `configure` may come again (KeepsSetup).
+`close` calls it. Any verb raises an exception (DriverError or its own) on failure.
 
 A driver is made by a factory found in the entry-point group `longreach.drivers`: `factory(name, device, rig, lockstep) -> Driver`.
 """
@@ -43,6 +43,19 @@ class Counts(Protocol):
 
     def link_counts(self) -> tuple[str, Mapping[str, float]]:
         """Name of the link, which other devices may share, and its numbers since it was opened."""
+
+
+@runtime_checkable
+class KeepsSetup(Protocol):
+    """A driver that notices when its device loses its settings, besides the verbs below. Then `read` raises until `configure` is called."""
+
+    @property
+    def setup_lost(self) -> str:
+        """Why what was set and proven of the device no longer counts, as what it did; empty while it counts."""
+
+    @property
+    def needs_setup(self) -> bool:
+        """It cannot be activated as it is; a reset calls `configure` again."""
 
 
 class Driver(Protocol):

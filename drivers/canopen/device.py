@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from typing import NoReturn
 
 from config.canopen_options import CanopenOptions
 from config.errors import DriverError
@@ -15,6 +16,7 @@ from drivers.contract import Quality, Sample
 
 EMERGENCY_ID = 0x080
 _BOOT_UP = 0
+_COMMUNICATION_ERRORS = (0x81, 0x82)  # classes of EMCY codes: we were silent, or spoke wrongly
 _START_LIMIT_S = 1.0  # added to three heartbeats
 STALE_NS = 2_000_000  # two cycles at 1 kHz: a frame that answers the last SYNC is younger
 
@@ -49,7 +51,8 @@ class CanopenDevice:
         self._frames = FrameCount(self.every_syncs, options.missing_frames)
         self.received = self.stale = self.malformed = self.emergency = self.heard_ns = 0
         self.nmt_state = -1
-        self.restarted = False
+        self.setup_lost = ""
+        self._missed_us = False  # it reacts to our silence, as it was set up to
 
     def open(self) -> None:
         if self._bus is not None:
@@ -67,14 +70,17 @@ class CanopenDevice:
     def configure(self) -> None:
         """Every setting written, read back and compared; then the node is started and its heartbeat says that it runs."""
         bus = self._opened()
+        self._configured = False
         with NodeSetup(bus.can_bus, self.node, self.name) as setup:
             setup.pre_operational()
             setup.write([Setting(0x1017, 0, round(1e3 * self._options.heartbeat_s), U16, "heartbeat producer in ms")])
             self._set_up(setup)
             setup.command("OPERATIONAL", 3 * self._options.heartbeat_s + _START_LIMIT_S)
         self.nmt_state = OPERATIONAL
-        self.restarted = False
+        self.setup_lost = ""
+        self._missed_us = False
         self.emergency = 0
+        self._frames.restart()
         self._configured = True
 
     def read(self, now_ns: int) -> Sequence[Sample]:
@@ -83,10 +89,8 @@ class CanopenDevice:
             self._read_ns = now_ns
             self._count_frame(now_ns)
             self._assess()
-        if self.restarted and self._configured:
-            raise self._error(
-                "the device restarted by itself and has lost its settings", next_step="Restart the service: it sets the device up."
-            )
+        if self.setup_lost:
+            self._refuse_to_go_on()
         return self._samples
 
     def close(self) -> None:
@@ -97,6 +101,11 @@ class CanopenDevice:
         for cob_id in (self._tpdo_id, HEARTBEAT_ID + self.node, EMERGENCY_ID + self.node):
             bus.unroute(cob_id)
         release(bus)
+
+    @property
+    def needs_setup(self) -> bool:
+        """Also when it has left OPERATIONAL because of our silence: then its proof still counts."""
+        return bool(self.setup_lost) or not self._configured or self.nmt_state != OPERATIONAL
 
     def counts(self) -> dict[str, float]:
         """DEVICE_COUNTS since the device was made."""
@@ -153,8 +162,14 @@ class CanopenDevice:
             return
         self.heard_ns = stamp_ns
         self.nmt_state = data[0] & 0x7F
-        if self.nmt_state == _BOOT_UP:
-            self.restarted = True
+        if self.nmt_state == OPERATIONAL:
+            self._missed_us = False
+        elif self.nmt_state == _BOOT_UP:
+            self._lose_setup("restarted by itself and has lost its settings")
+        elif self._reacts_to_us:
+            self._missed_us = True
+        else:
+            self._lose_setup(f"left OPERATIONAL by itself (NMT state {self.nmt_state})")
 
     def _on_emergency(self, data: bytearray, stamp_ns: int) -> None:
         if len(data) != 8:
@@ -162,6 +177,23 @@ class CanopenDevice:
             return
         self.heard_ns = stamp_ns
         self.emergency = data[0] | data[1] << 8
+        self._missed_us |= data[1] in _COMMUNICATION_ERRORS
+
+    def _lose_setup(self, what: str) -> None:
+        """The first reason counts: what follows is its consequence."""
+        if self._configured and not self.setup_lost:
+            self.setup_lost = what
+
+    def _refuse_to_go_on(self) -> NoReturn:
+        raise self._error(f"the device {self.setup_lost}", next_step=self._way_back)
+
+    @property
+    def _way_back(self) -> str:
+        return "Find out why; then `longreach reset` sets it up again."
+
+    @property
+    def _reacts_to_us(self) -> bool:
+        return self._missed_us or self._opened().heartbeat_withheld
 
     @property
     def late(self) -> int:

@@ -191,5 +191,9 @@ def _number(value: int) -> str:
 
 
 def supervision(own_node: int, timeout_s: float) -> Iterator[Setting]:
-    """The node supervises our heartbeat: silent for `timeout_s`, and it takes its fault reaction."""
+    """The node supervises our heartbeat: silent for `timeout_s`, and it takes its fault reaction.
+
+    Off and on again, so that its watch begins with our next heartbeat: a node that knows us already must not miss us while it is set up.
+    """
+    yield Setting(0x1016, 1, 0, U32, "heartbeat consumer: off")
     yield Setting(0x1016, 1, own_node << 16 | round(1e3 * timeout_s), U32, "heartbeat consumer: our node << 16 | time in ms")

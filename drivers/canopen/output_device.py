@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from math import isfinite
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 from config.canopen_options import CanopenOptions
 from config.errors import DriverError
@@ -45,6 +45,12 @@ class OutputDevice(CanopenDevice):
         self._proving = False  # the output is off its safe value on purpose
         self._bad_cycles = 0
         self._confirm_from = 0  # the frame from which on it must say that it is safe; 0: nothing to confirm
+
+    def configure(self) -> None:
+        """As CanopenDevice; nothing acts afterwards."""
+        self._active = self._proving = False
+        self._bad_cycles = self._confirm_from = 0
+        super().configure()
 
     def activate(self) -> None:
         """Clears what may be cleared and sees the device ready, its outputs safe. DriverError when it does not get there."""
@@ -137,6 +143,26 @@ class OutputDevice(CanopenDevice):
                 tell()
             yield
         return (self.heard_ns - last_sign_ns) * 1e-9
+
+    def _on_emergency(self, data: bytearray, stamp_ns: int) -> None:
+        """An error of the device's own: whether it would still go safe must be seen anew."""
+        super()._on_emergency(data, stamp_ns)
+        if self.outputs and self.emergency and not self._missed_us:
+            self._lose_setup("reported an error of its own")
+
+    def _refuse_to_go_on(self) -> NoReturn:
+        if self._configured and not (self._active or self._proving):
+            self._tell_safe()
+        super()._refuse_to_go_on()
+
+    @property
+    def _way_back(self) -> str:
+        proof = " Its proof no longer counts: take the pressure off and run `longreach prove`." if self.outputs else ""
+        return super()._way_back + proof
+
+    @property
+    def _reacts_to_us(self) -> bool:
+        return self._proving or super()._reacts_to_us
 
     def _watch_safe(self) -> None:
         if not self._confirm_from:

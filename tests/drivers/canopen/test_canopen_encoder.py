@@ -120,13 +120,31 @@ def test_a_frame_of_the_wrong_size_is_counted_and_not_used(bench: NodeBench, pai
     assert driver.malformed == 1
 
 
-def test_reset_of_the_device_is_noticed(bench: NodeBench, pair: tuple[EncoderNode, EncoderDriver]) -> None:
+@pytest.mark.parametrize(("state", "text"), [(0, "restarted by itself and has lost its settings"), (127, "left OPERATIONAL by itself")])
+def test_a_device_that_must_be_set_up_again_says_so_until_it_is(
+    bench: NodeBench, pair: tuple[EncoderNode, EncoderDriver], state: int, text: str
+) -> None:
     node, driver = pair
-    node.send(0x700 + 3, b"\0")
-    with pytest.raises(
-        DriverError, match=r"encoder: node 3: the device restarted by itself and has lost its settings.*Restart the service"
-    ):
-        driver.read(time.monotonic_ns())
+    assert (driver.setup_lost, driver.needs_setup) == ("", False)
+    node.send(0x700 + 3, bytes([state]))
+    for _ in range(2):
+        with pytest.raises(DriverError, match=rf"encoder: node 3: the device {text}.*longreach reset"):
+            driver.read(time.monotonic_ns())
+        node.send(0x700 + 3, b"\5")  # that it runs does not bring its settings back
+    assert driver.setup_lost.startswith(text)
+    assert driver.needs_setup
+    driver.configure()
+    assert (driver.setup_lost, driver.needs_setup) == ("", False)
+    assert after_sync(bench, driver)[0].quality == Quality.GOOD
+
+
+def test_a_device_that_left_because_of_our_silence_has_kept_its_settings(bench: NodeBench, pair: tuple[EncoderNode, EncoderDriver]) -> None:
+    node, driver = pair
+    node.local.emcy.send(0x8130)
+    node.send(0x700 + 3, b"\x7f")
+    driver.read(time.monotonic_ns())
+    assert driver.setup_lost == ""
+    assert driver.needs_setup, "it does not run"
 
 
 def test_wrong_resolution_is_another_device(bench: NodeBench) -> None:
