@@ -48,15 +48,7 @@ class EncoderOptions(CanopenOptions):
     )
 
 
-class OutputOptions(CanopenOptions):
-    """What CANopen devices with outputs have."""
-
-    demand_proof: bool = Field(
-        default=True, description="arming demands that the device's safe state was proven since the daemon started (`longreach prove`)"
-    )
-
-
-class ValveOptions(OutputOptions):
+class ValveOptions(CanopenOptions):
     """canopen_valve_408. Output: spool, 1 = 100 %. Inputs: spool (16384 = 100 %) and status (the status word)."""
 
     safe_state: Literal["disabled", "hold"] = Field(
@@ -79,7 +71,7 @@ class ValveOptions(OutputOptions):
     )
 
 
-class IoOptions(OutputOptions):
+class IoOptions(CanopenOptions):
     """canopen_io_401. Outputs: output_1 ... in volts. Inputs: input_1 ... in counts."""
 
     outputs: int = Field(default=4, ge=0, le=4, description="analogue outputs in use, from channel 1")
@@ -113,12 +105,12 @@ def canopen_devices(rig: Rig) -> dict[str, CanopenOptions]:
 
 
 def proofs(rig: Rig) -> dict[str, bool]:
-    """Every device whose safe state can be proven, and whether arming demands it. ConfigError as canopen_options()."""
-    return {
-        name: options.demand_proof
-        for name, options in canopen_devices(rig).items()
-        if isinstance(options, OutputOptions) and _has_outputs(options)
-    }
+    """Devices whose safe state is proven, and whether arming demands it: CANopen ones with outputs, and whose `demand_proof` is true.
+
+    ConfigError as canopen_options().
+    """
+    with_outputs = {name for name, options in canopen_devices(rig).items() if _has_outputs(options)}
+    return {name: device.demand_proof is not False for name, device in rig.devices.items() if device.demand_proof or (name in with_outputs)}
 
 
 def our_heartbeat_period_s(rig: Rig, bus: CanBus) -> float:

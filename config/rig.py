@@ -131,6 +131,11 @@ class Device(Section):
     driver: str = Field(description="name of an installed driver")
     slow: bool = Field(default=False, description="true: served by the I/O process, never inside the loop")
     timeout_s: float = quantity("s", "the device makes its outputs safe when not written for this long", 0.1, low=0.002, high=5)
+    demand_proof: bool | None = Field(
+        default=None,
+        description="arming demands that the device's safe state was proven since the daemon started (`longreach prove`); by default of"
+        " CANopen valves and output modules; true demands it of any other driver too, which must be able to prove it",
+    )
     options: dict[str, Any] = Field(default_factory=dict, description="driver's own options")
 
 
@@ -143,6 +148,9 @@ class Interlocks(Section):
     oil_temperature_min_C: float | None = quantity("degC", "reservoir temperature", None, low=-40, high=120)
     oil_temperature_max_C: float | None = quantity("degC", "reservoir temperature", None, low=-40, high=120)
     tip_acceleration_max_m_per_s2: float | None = quantity("m/s^2", "transverse tip acceleration", None, low=0, high=1000)
+    start_swing_max_m_per_s2: float = quantity(
+        "m/s^2", "most vibration of the tip (rms) from which a run starts that waits for rest (`start --settle`)", 0.1, low=1e-3, high=100
+    )
     disk_free_min_bytes: float = quantity("bytes", "free space where logs are written", 200e6, low=0)
     proof_pressure_max_Pa: float = quantity(
         "Pa", "most supply pressure during the proof of the safe state, in which valves open", 0.3e6, low=0, high=5e6

@@ -11,6 +11,8 @@ from control.run_plan import RunPlan
 from daemon.modes import Event
 from daemon.ring import Ring
 
+NOT_SET_UP = "not_set_up"  # the event that says why a reset was refused by a device
+
 
 @dataclass(frozen=True, slots=True)
 class StartRun:

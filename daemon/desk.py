@@ -17,19 +17,22 @@ from config.rig import Rig
 from config.shipped import shipped
 from control.signals import Mode
 from daemon.checks import Check, Reaction
-from daemon.command import Command
+from daemon.command import NOT_SET_UP, Command
 from daemon.facts import Facts
 from daemon.interlocks import interlocks, proof_checks
 from daemon.journal import Journal, RunResult
-from daemon.modes import Event
+from daemon.modes import SAFE_MODES, Event
 from daemon.proof_request import proof_answer, proof_countdown_s
 from daemon.start_request import start_run
 from daemon.status import StatusView
+from daemon.swing import not_at_rest, start_checks
 
 ANSWER_LIMIT_S = 5.0  # a healthy loop answers within milliseconds; arming takes a quarter of a second
 LONGEST_WAIT_S = 3600.0
+LONGEST_SETTLE_S = 600.0
+SETTLE_LOOK_S = 0.02
 LONGEST_PROOF_S = 15.0  # of all devices; one takes about half a second
-_SAFE_MODES = (Mode.DISARMED, Mode.FAULT)
+SET_UP_LIMIT_S = 20.0  # of all devices that have lost their settings
 
 
 class Desk:
@@ -50,8 +53,9 @@ class Desk:
         self._rig, self._facts, self._journal, self._view = rig, facts, journal, view
         self._values, self._post, self._before_reset, self._shutdown = values, post, before_reset, shutdown
         self._checks: tuple[Check, ...] = interlocks(rig, facts)
+        self._for_start = start_checks(rig, facts)
         self._started = time.monotonic()
-        self._runs = 0
+        self._runs = self._stops = 0
         self._starting = asyncio.Lock()
         self.host_rows: list[dict[str, Any]] = []  # what the operating system granted
         self.log: dict[str, Any] = {"path": "", "bytes": 0}
@@ -107,23 +111,49 @@ class Desk:
 
     async def disarm(self, params: dict[str, Any]) -> dict[str, Any]:
         """Safe outputs at once, in any mode; a fault stays latched."""
-        await self._send(Command(Event.DISARM), lambda: self._mode() in _SAFE_MODES)
+        await self._send(Command(Event.DISARM), lambda: self._mode() in SAFE_MODES)
         return {"mode": self._mode().name.lower()}
 
     async def reset(self, params: dict[str, Any]) -> dict[str, Any]:
-        """Release the e-stop latch and a latched fault; ends disarmed. Refused while armed, where it would mean nothing."""
-        if self._mode() not in _SAFE_MODES:
+        """Release the e-stop latch and a latched fault; ends disarmed. Refused while armed, where it would mean nothing.
+
+        Devices that have lost their settings are set up again first; refused when one of them does not take them.
+        """
+        if self._mode() not in SAFE_MODES:
             raise DaemonError(
                 "nothing to reset", value=self._mode().name.lower(), next_step="Reset clears a fault or the e-stop while disarmed."
             )
         await self._before_reset()
-        await self._send(Command(Event.RESET), lambda: self._mode() is Mode.DISARMED)
+        before = self._journal.last_number
+
+        def refused() -> str:
+            return next((str(event["text"]) for event in self._journal.since(before) if event["name"] == NOT_SET_UP), "")
+
+        await self._send(Command(Event.RESET), lambda: bool(self._mode() is Mode.DISARMED or refused()), ANSWER_LIMIT_S + SET_UP_LIMIT_S)
+        if why := refused():
+            raise DaemonError("reset refused", value=self._mode().name.lower(), limit="every device set up", next_step=why)
         return {"mode": "disarmed"}
 
     async def start(self, params: dict[str, Any]) -> dict[str, Any]:
-        """Plan and check the run here, then announce it. Answers before the countdown begins."""
+        """Plan and check the run here, then announce it. Answers before the countdown begins.
+
+        With `settle_s` it waits until the arm is at rest, at most so long; refused with what still moves, or when it was stopped meanwhile.
+        """
         async with self._starting:
+            if "settle_s" in params:
+                await self._settle(params.pop("settle_s"))
             return await self._start(params)
+
+    async def _settle(self, settle_s: Any) -> None:
+        if isinstance(settle_s, bool) or not isinstance(settle_s, (int, float)) or not 0.0 <= settle_s <= LONGEST_SETTLE_S:
+            raise DaemonError("settle_s is not usable", value=repr(settle_s)[:80], limit=f"0 to {LONGEST_SETTLE_S:g}", unit="s")
+        limit, stops = time.monotonic() + settle_s, self._stops
+        while self._mode() is Mode.HOLDING and (moving := " ".join(not_at_rest(self._for_start, self._values()))):
+            if self._stops != stops:
+                raise DaemonError("start refused: it was stopped while it waited for the arm to be at rest")
+            if time.monotonic() >= limit:
+                raise DaemonError(f"start refused: the arm is not at rest after a wait of {settle_s:g} s", next_step=moving)
+            await asyncio.sleep(SETTLE_LOOK_S)
 
     async def _start(self, params: dict[str, Any]) -> dict[str, Any]:
         mode = self._mode()
@@ -144,6 +174,7 @@ class Desk:
 
     async def stop(self, params: dict[str, Any]) -> dict[str, Any]:
         """Controlled stop along the path, then hold; cancels a run that is still being announced, and ends a proof."""
+        self._stops += 1
         await self._send(Command(Event.STOP), lambda: self._mode() not in (Mode.RUNNING, Mode.PROVING))
         return {"mode": self._mode().name.lower()}
 

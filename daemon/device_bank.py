@@ -14,7 +14,8 @@ from daemon.link_watch import SLOW_COUNTS
 from daemon.mailbox import Mailbox
 from daemon.slow_samples import fetch_samples, slow_channels
 from drivers import registry
-from drivers.contract import Driver, Quality, Sample
+from drivers.contract import Driver, KeepsSetup, Quality, Sample
+from drivers.proof import ProvesSafeState
 from recording.fields import field_of_signal
 
 CreateDriver = Callable[[str, Device, Rig, bool], Driver]
@@ -35,7 +36,7 @@ class _Input(NamedTuple):
 class DeviceBank:
     """Drivers of the fast devices, and the mailboxes in which the I/O process leaves the samples of the slow ones.
 
-    Everything is looked up here once. Raises DriverError for a channel that a device does not have.
+    Everything is looked up here once. Raises DriverError for a channel that a device does not have, and for a proof it cannot give.
     """
 
     def __init__(
@@ -43,7 +44,9 @@ class DeviceBank:
     ) -> None:
         self._slow = dict(slow or {})
         self.drivers = {name: create(name, device, rig, lockstep) for name, device in rig.devices.items() if not device.slow}
+        _refuse_unprovable(rig, self.drivers)
         self._reads = [(driver, _inputs(rig, facts, name, driver.inputs)) for name, driver in self.drivers.items()]
+        self._set_up = {name: driver for name, driver in self.drivers.items() if isinstance(driver, KeepsSetup)}
         self._slow_reads = [
             (
                 box,
@@ -69,18 +72,42 @@ class DeviceBank:
                 value, advice = f"{type(error).__name__}: {error}", "Check its power, its cable and its options."
                 raise DriverError("the device did not open", value=value, where=f"devices.{name}", next_step=advice) from error
 
+    @property
+    def needs_setup(self) -> bool:
+        """A device has lost its settings, or is not ready to act."""
+        return any(driver.needs_setup for driver in self._set_up.values())
+
+    def set_up_again(self, between: Callable[[], None]) -> None:
+        """Configure all devices that can lose it, not only those that did: setting up one takes so long that the others miss us.
+
+        The outputs must be safe. `between` is called after each. Raises what a driver raises.
+        """
+        for name in self._set_up:
+            self.drivers[name].configure()
+            between()
+
     def activate(self) -> None:
         for driver in self.drivers.values():
             driver.activate()
 
     def read(self, now_ns: int, values: list[float]) -> None:
-        """Every signal's value, raw count, age and quality into the facts. A BAD sample has the value NaN."""
+        """Every signal's value, raw count, age and quality into the facts. A BAD sample has the value NaN.
+
+        When a driver raises, its inputs are unknown and all others are read; the first error is raised at the end.
+        """
+        first: Exception | None = None
         for driver, inputs in self._reads:
-            _store(inputs, driver.read(now_ns), now_ns, values)
+            try:
+                _store(inputs, driver.read(now_ns), now_ns, values)
+            except Exception as error:  # whatever a driver raises
+                first = first or error
+                _forget(inputs, values)
         for box, samples, inputs, counts in self._slow_reads:
             for place, count in zip(counts, fetch_samples(box, samples), strict=True):
                 values[place] = count
             _store(inputs, samples, now_ns, values)
+        if first is not None:
+            raise first
 
     def write(self, volts: Sequence[float], now_ns: int) -> None:
         """`volts` in the order of rig.joints."""
@@ -113,6 +140,20 @@ def _store(inputs: list[_Input], samples: Sequence[Sample], now_ns: int, values:
         values[age] = (now_ns - sample.stamp_ns) * 1e-9
         values[quality] = sample.quality
         values[value] = offset + scale * count if sample.quality != Quality.BAD else nan
+
+
+def _refuse_unprovable(rig: Rig, drivers: Mapping[str, Driver]) -> None:
+    for name, device in rig.devices.items():
+        if device.demand_proof and not isinstance(drivers.get(name), ProvesSafeState):
+            what, where = "the driver cannot prove that the device goes safe by itself", f"devices.{name}.demand_proof"
+            advice = "Remove demand_proof, or use a driver that has prove_safe_state() and is not slow."
+            raise DriverError(what, value=device.driver, where=where, next_step=advice)
+
+
+def _forget(inputs: list[_Input], values: list[float]) -> None:
+    for _, value, raw, _, quality, _, _ in inputs:
+        values[value] = values[raw] = nan
+        values[quality] = Quality.BAD
 
 
 def _inputs(rig: Rig, facts: Facts, device: str, channels: Sequence[str]) -> list[_Input]:

@@ -15,6 +15,8 @@ from recording.layout import CycleLayout
 # Of every joint, in its unit: see daemon.plausibility.
 PLAUSIBILITY_FACTS = ("position_rate", "position_noise", "stuck_motion", "unexplained_motion")
 
+SWING_FACT = "tip.swing_mps2"  # where the tip's acceleration is measured, see daemon.swing
+
 # What only checks and status need; the log row does not hold it.
 _LOOP_FACTS = (
     "estop_latched",  # 1 until a reset
@@ -49,7 +51,8 @@ class Facts:
         plausible = [f"{joint}.{fact}" for joint in rig.joints for fact in PLAUSIBILITY_FACTS]
         self.row_length = len(row)
         proven = [f"{device}.proven_s" for device in proofs(rig)]  # when its safe state was proven, in the loop's time
-        unknown = [*proven, *calibration_facts(rig).values()]
+        swing = [SWING_FACT] if "tip.acceleration" in rig.signals else []
+        unknown = [*proven, *calibration_facts(rig).values(), *swing]
         counts = [fact for facts in link_facts(rig).values() for fact in facts]
         self.names = (*row, *quality, *following, *plausible, *_LOOP_FACTS, *unknown, *counts)
         zeros = [0.0] * (len(following) + len(plausible) + len(_LOOP_FACTS))

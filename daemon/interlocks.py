@@ -73,7 +73,7 @@ def pressure_is_measured(rig: Rig) -> list[str]:
 
 
 def _proof_demands(rig: Rig, facts: Facts) -> Iterator[Check]:
-    advice = "Take the pressure off and run `longreach prove`; once after every start of the daemon."
+    advice = "Take the pressure off and run `longreach prove`; once after every start of the daemon or of the device."
     for device, demanded in proofs(rig).items():
         if demanded:
             index = facts.index(f"{device}.proven_s")

@@ -7,14 +7,13 @@ Clock, devices, commands, health and log are given from outside, so lockstep and
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import nan
 from typing import Protocol
 
 from config.rig import Rig
 from control.signals import Mode
 from daemon.calibration_watch import CalibrationWatch
 from daemon.clock import Clock
-from daemon.command import CommandSource, StartRun
+from daemon.command import NOT_SET_UP, CommandSource, StartRun
 from daemon.controller_port import ControllerPort
 from daemon.device_bank import DeviceBank
 from daemon.facts import Facts
@@ -22,11 +21,12 @@ from daemon.link_watch import LinkWatch
 from daemon.log_stream import LogStream
 from daemon.loop_numbers import LoopNumbers
 from daemon.mode_keeper import ModeKeeper
-from daemon.modes import Event
+from daemon.modes import SAFE_MODES, Event
 from daemon.overrun import PHASES, OverrunPolicy
 from daemon.plausibility import Plausibility
 from daemon.recording_span import OUTPUTS_ACT, RecordingSpan
 from daemon.safe_state import SafeState
+from daemon.swing import Swing
 from daemon.timing import Timing
 from recording.event import Level
 
@@ -69,6 +69,7 @@ class ControlLoop:
         self.keeper = ModeKeeper(rig, facts, log, 1.0 / rig.loop.rate_Hz, lambda mode: self._span.open(mode, self._controller))
         self._links = LinkWatch(rig, bank.drivers, facts.places, log)
         self._calibrations = CalibrationWatch(rig, facts, log)
+        self._swing = Swing(rig, facts)
         self._safe_state = SafeState(rig, bank.drivers, facts, log)
         self._span.evidence = self._safe_state.evidence
         self._countdown_s = 0.0  # of a proof that was asked for
@@ -139,9 +140,8 @@ class ControlLoop:
         try:
             self._bank.read(started, self.values)
         except Exception as error:  # whatever a driver raises: its inputs are unknown, so outputs become safe
-            for index in self._controller.positions:
-                self.values[index] = nan
             self._device_failed("read", error)
+        self._safe_state.follow(self.values)
         return self._clock.now_ns()
 
     def _check(self, deadline: int, started: int) -> None:
@@ -153,10 +153,25 @@ class ControlLoop:
         self._numbers.count(values, self._commands_done, started)
         before, event = keeper.mode, self._event
         self._event = Event.NONE
+        event = self._set_up_before_reset(event)
         mode = keeper.step(values, event, self._overruns.missed_periods)
         if mode is not before:
             self._mode_changed(before, mode)
         self._span.renew(mode, self._controller)
+
+    def _set_up_before_reset(self, event: Event) -> Event:
+        """A reset sets devices up again that have lost their settings. When one refuses it is no reset, and the fault stays."""
+        if event is not Event.RESET or self.keeper.mode not in SAFE_MODES or not self._bank.needs_setup:
+            return event
+        self._activated = True
+        try:
+            self._bank.set_up_again(lambda: self._surroundings.publish(self.values, self._clock.now_ns(), True))
+        except Exception as error:  # whatever a driver raises
+            self._log.event(Level.ERROR, NOT_SET_UP, f"a device could not be set up again: {error}")
+            self.keeper.fail(f"a device refused its settings: {error}")
+            return Event.NONE
+        self._log.event(Level.INFO, "set_up", "the devices were set up again, read back and compared")
+        return event
 
     def _mode_changed(self, before: Mode, mode: Mode) -> None:
         """Recording and outputs follow the mode."""
@@ -195,6 +210,7 @@ class ControlLoop:
         """What may wait until the outputs are written: counts, status, commands, end of a recording."""
         self._links.update(self.values, now_ns)
         self._calibrations.update(self.values, now_ns)
+        self._swing.update(self.values)
         self._numbers.tell_run(self.values, self.keeper.run)
         self._surroundings.publish(self.values, now_ns, self._urgent)
         self._urgent = False

@@ -14,6 +14,8 @@ from enum import IntEnum
 
 from control.signals import Mode
 
+SAFE_MODES = (Mode.DISARMED, Mode.FAULT)  # outputs are safe and stay so
+
 
 class Event(IntEnum):
     """What an operator asks for. One event a cycle."""

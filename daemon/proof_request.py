@@ -21,7 +21,7 @@ def proof_countdown_s(rig: Rig, params: Mapping[str, Any]) -> float:
     if unknown:
         raise DaemonError("unknown parameter of prove", value=", ".join(unknown), limit=", ".join(sorted(_KEYS)))
     if not proofs(rig):
-        advice = "Only CANopen valves and output modules prove it; nothing is needed: `longreach arm`."
+        advice = "CANopen valves and output modules prove it, and plug-ins with demand_proof: true. Nothing is needed: `longreach arm`."
         raise DaemonError("no device of this rig can prove its safe state", value=rig.name, next_step=advice)
     _refuse_unknown_pressure(rig, params.get("pressure_is_off", False))
     countdown_s = params.get("countdown_s", rig.loop.countdown_s)

@@ -109,7 +109,7 @@ class Client:
         """The daemon's result. Raises the daemon's refusal (a LongreachError), or DaemonError when the connection fails."""
         request_id = self._next_id
         self._next_id += 1
-        self._socket.settimeout(self._timeout_s + float(params.get("timeout_s") or 0.0))
+        self._socket.settimeout(self._timeout_s + sum(float(params.get(wait) or 0.0) for wait in ("timeout_s", "settle_s")))
         try:
             self._socket.sendall(encode({"v": VERSION, "id": request_id, "method": method, "params": params}))
             answer = _object(self._line())

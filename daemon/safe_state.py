@@ -17,6 +17,7 @@ from typing import Any
 from config.rig import Rig
 from daemon.facts import Facts
 from daemon.log_stream import LogStream
+from drivers.contract import KeepsSetup
 from drivers.proof import ProofResult, ProofSteps, ProvesSafeState
 from recording.event import Level
 
@@ -29,6 +30,7 @@ class SafeState:
     def __init__(self, rig: Rig, devices: Mapping[str, object], facts: Facts, log: LogStream) -> None:
         """`devices`: the drivers; those with prove_safe_state() are proven."""
         self._provers = {name: driver for name, driver in devices.items() if isinstance(driver, ProvesSafeState)}
+        self._keepers = [(name, driver) for name, driver in self._provers.items() if isinstance(driver, KeepsSetup)]
         self._at = {name: facts.index(fact) for name in self._provers if facts.has(fact := f"{name}.proven_s")}
         self._log = log
         self._rate_Hz = rig.loop.rate_Hz
@@ -58,6 +60,16 @@ class SafeState:
             self._announce()
         elif self._waiting:
             self._prove(values)
+
+    def follow(self, values: list[float]) -> None:
+        """Once a cycle: what was proven of a device that has changed since no longer counts."""
+        for name, driver in self._keepers:
+            if name in self._proven and driver.setup_lost:
+                del self._proven[name]
+                if name in self._at:
+                    values[self._at[name]] = nan
+                text = f"{name}: the proof of its safe state no longer counts, because the device {driver.setup_lost}"
+                self._log.event(Level.WARNING, "proof_void", f"{text}. `longreach reset`, then `longreach prove` with the pressure off.")
 
     def give_up(self) -> None:
         """Nothing more is proven; the caller makes the outputs safe."""

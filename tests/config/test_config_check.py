@@ -97,7 +97,7 @@ def test_a_calibration_past_its_day_that_blocks_is_an_error() -> None:
 
 
 def test_a_proof_that_is_not_demanded_is_pointed_out() -> None:
-    text = apply_overrides(load_rig("ornl_testbed_can").text, ["devices.rotary_valve.options.demand_proof=false"])
+    text = apply_overrides(load_rig("ornl_testbed_can").text, ["devices.rotary_valve.demand_proof=false"])
     assert any("devices.rotary_valve: demand_proof is false" in complaint for complaint in complaints(text))
     assert not any("demand_proof" in complaint for complaint in complaints(load_rig("ornl_testbed_can").text))
 

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from running_daemon import until
 
@@ -24,6 +25,7 @@ from daemon.loop import ControlLoop
 from daemon.modes import Event
 from daemon.recorder import Recorder, Session
 from daemon.slow_samples import slow_mailbox
+from daemon.start_request import start_run
 from daemon.timing import WORDS, Timing
 from recording.event import Event as LogEvent
 from recording.event import decode_event
@@ -57,6 +59,7 @@ class CanDaemon:
         text = apply_overrides(twin_rig_text(channel, free_port()), [*PATIENT, *changes])
         self.rig = rig_from_text(text)
         self.events: list[LogEvent] = []
+        self._runs = 0
         self.commands = CommandQueue()
         self.twin = Twin(self.rig, "virtual", channel, directory / "twin.sock")
         self._ended = threading.Event()
@@ -97,6 +100,12 @@ class CanDaemon:
 
     def post(self, event: Event) -> None:
         self.commands.post(Command(event))
+
+    def start(self, params: dict[str, Any]) -> None:
+        """A run from where the arm is held, with no countdown."""
+        self._runs += 1
+        held = [self.value(f"{joint}.reference") for joint in self.rig.joints]
+        self.commands.post(Command(start=start_run(self.rig, self._runs, {"countdown_s": 0.0, **params}, held)))
 
     def pressure(self, on: bool) -> None:
         """Of the pump; returns when the daemon has heard of it."""

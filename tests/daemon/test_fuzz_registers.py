@@ -29,7 +29,7 @@ HEALTHY = {"supply_pressure": 14e6, "return_pressure": 0.1e6, "temperature": 40.
 
 def unproven() -> LoadedRig:
     """One channel is a float over two registers, so that infinities and NaN can come."""
-    changes = [f"devices.{valve}.options.demand_proof=false" for valve in ("rotary_valve", "prismatic_valve")]
+    changes = [f"devices.{valve}.demand_proof=false" for valve in ("rotary_valve", "prismatic_valve")]
     channel = f"devices.{GAUGES}.options.channels.reservoir_temperature"
     text = apply_overrides(
         RIG.text, [*changes, f"{channel}.type=float32", f"{channel}.address=20", f"devices.{GAUGES}.options.retry_after=10 ms"]

@@ -118,7 +118,7 @@ def test_the_state_of_the_controller_is_read_from_error_frames(classes: int, con
 
 @pytest.mark.device_clock
 def test_a_real_bus_is_counted_in_every_recording(tmp_path: Path) -> None:
-    unproven = [f"devices.{name}.options.demand_proof=false" for name in ("rotary_valve", "io")]
+    unproven = [f"devices.{name}.demand_proof=false" for name in ("rotary_valve", "io")]
     with can_daemon(tmp_path, unproven) as daemon:
         (channel,) = {driver.link_counts()[0] for _, driver in daemon.loop._links._counting}
         daemon.post(Event.RESET)
