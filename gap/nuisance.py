@@ -32,6 +32,7 @@ UNTAGGED_SD = 0.05
 # Stiffness, damping and fading of the friction's bristles stand for how a contact yields before it slides. No real contact does it in
 # just that form: one that yields in many small places is softer, one that hardly yields much stiffer.
 FORM_OF_FRICTION = {"bristle_stiffness": 10.0, "bristle_damping": 3.0, "bristle_fade": 3.0}
+OIL_SD_K = 2.0  # oil at the valves against the reservoir's thermometer, from which a log's temperature starts; per cent of °C mean nothing
 LEAST_SD_OF_EFFECT = 0.10  # friction, leakage and air change with oil, wear and temperature, however well they were once known
 LARGEST_PULL = 4.0  # prior standard deviations a fit may move a constant
 _TAG = re.compile(r"#.*?\[(P|DS|M|B|D|C|A|gap)\]")
@@ -65,6 +66,7 @@ def _free(tree: YamlTree, path: Path, key: Path, unit: str, value: float) -> Fre
     tag = tag_of(tree, ("plant", *key))
     relative = FORM_OF_FRICTION.get(str(path[-1]), PRIOR_SD.get(tag, UNTAGGED_SD))
     sd = abs(value) * (max(relative, LEAST_SD_OF_EFFECT) if path[0] == "effects" else relative)
+    sd = OIL_SD_K if path == ("oil", "initial_temperature_C") else sd
     low, high = value - LARGEST_PULL * sd, value + LARGEST_PULL * sd
     floor = 0.1 * value
     return Free(path, ".".join(map(str, ("plant", *key))), unit, value, sd, max(low, floor) if value > 0 else low,

@@ -79,6 +79,7 @@ def test_prior_follows_the_tag() -> None:
     assert displacement.tag == "D"
     assert displacement.scale == pytest.approx(PRIOR_SD["D"] * displacement.start)
     assert found["plant.supply.pressure"].tag == "P"
+    assert found["plant.oil.initial_temperature"].scale == 2.0  # K; a share of a Celsius temperature means nothing
     assert not any("travel" in key or "sensors" in key for key in found)
     assert tag_of(parse(loaded.text, "r"), ("plant", "link", "payload")) == "P"
 
