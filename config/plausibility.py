@@ -24,7 +24,7 @@ class Plausibility(Section):
     )
     noise_reaction: ReactionWord = Field(default="fault", description="what noise does while armed")
     stuck: float | None = quantity(
-        "", "the reference is this many following error limits from where the count last changed", 0.15, low=1e-3, high=1
+        "", "the reference is this many following error limits from where the count last changed", 0.1, low=1e-3, high=1
     )
     stuck_reaction: ReactionWord = Field(default="fault", description="what a stuck position does while armed")
     flow: float | None = quantity(

@@ -50,7 +50,7 @@ Lockstep time has no computing in it: a real cycle adds the microseconds of read
 else the computer was doing. The wall clock is stepped for the daemon's processes only, and ENOBUFS raised where Python hands a datagram
 to the kernel. In the twin rows a device is silent after {FORGIVEN_FRAMES} missing frames instead of 3, and a position old after 12 ms
 instead of 5, because a shared virtual machine stands still for 3 ms many times a minute: on a rig these faults are seen 2 ms sooner. A
-stuck encoder is seen when the reference has gone 0.15 following error limits further, so a slow arm shows it later, and one that stands
+stuck encoder is seen when the reference has gone 0.1 following error limits further, so a slow arm shows it later, and one that stands
 still never.
 """
 
