@@ -60,8 +60,8 @@ def planned(rig: Rig, maneuver: str | Mapping[str, Any], position: list[float] |
     return plan_run(rig, RunRequest(1, content, start_position=list(here), approach=True))
 
 
-def closed_loop(rig: Rig, simulated: SimulatedRig, plan: RunPlan) -> ClosedLoop:
-    """Hold, then the run, with the controller the daemon uses."""
+def closed_loop(rig: Rig, simulated: SimulatedRig, plan: RunPlan, longest_s: float = float("inf")) -> ClosedLoop:
+    """Hold, then the run (`longest_s` of it at most), with the controller the daemon uses."""
     controller, period = Controller(rig), 1.0 / rig.loop.rate_Hz
     controller.prepare(plan)
     resolutions = np.array(
@@ -70,7 +70,7 @@ def closed_loop(rig: Rig, simulated: SimulatedRig, plan: RunPlan) -> ClosedLoop:
     places = [simulated.channels.index(f"{joint}.position") for joint in rig.joints]
     tip = [simulated.channels.index(name) if name in simulated.channels else -1 for name in ("tip.deflection", "tip.acceleration")]
     rows, commands, errors = [], [], []
-    running = round(plan.duration_s / period)
+    running = round(min(plan.duration_s, longest_s) / period)
     for cycle, mode in _modes(round(_HOLD_S / period), running):
         reading = np.array(simulated.sense()) * resolutions
         position = tuple(float(reading[k]) for k in places)

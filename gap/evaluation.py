@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.initial_states import Projection, marginalised
+from gap.initial_states import Projection, marginalised_readings
 from gap.measured import Array
 from gap.model import Model
 from gap.noise import correlation_time
@@ -60,9 +60,9 @@ def _correlation(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> f
 
 def evaluate(experiment: Experiment, model: Model, costs: Costing | None, projection: Projection | None = None) -> Evaluation:
     """Simulate a model on one log; the initial states are marginalised about this model unless a projection is given."""
-    p = model.vector()
-    readings = simulate(experiment, [p])[0]
-    return judged(experiment, readings, projection or marginalised(experiment, p), costs)
+    if projection is None:
+        return judged(experiment, *marginalised_readings(experiment, model.vector()), costs)
+    return judged(experiment, simulate(experiment, [model.vector()])[0], projection, costs)
 
 
 def judged(experiment: Experiment, readings: Array, projection: Projection, costs: Costing | None) -> Evaluation:

@@ -158,20 +158,19 @@ def _started(
 ) -> tuple[Search, tuple[Evaluation, ...], tuple[Evaluation, ...]]:
     """The rig file as it is, then with its constants refitted."""
     tell("comparing the rig file with the logs")
-    whole = [*experiments, *held]
-    free = [evaluate(e, model, None) for e in whole]
-    costs = costing(whole, [e.left for e in free])
-    counted = [judged(e.experiment, e.readings, e.projection, costs) for e in free]
-    nominal, fitted = tuple(counted[len(experiments) :]), counted[: len(experiments)]
-    tell(f"hold-out: {mean_cost(nominal):.4g} noise floors; sensitivities of {len(model.free)} constants")
-    numbers = chosen([velocities(e) for e in experiments])
-    vector = model.vector()
+    vector, numbers = model.vector(), chosen([velocities(e) for e in experiments])
     few = [remembering(some(e, n), vector) for e, n in zip(experiments, numbers, strict=True)]
-    now = [old if e is old.experiment else evaluate(e, model, costs) for e, old in zip(few, fitted, strict=True)]
+    free = [evaluate(e, model, None) for e in (*few, *held)]
+    costs = costing([*few, *held], [e.left for e in free])
+    counted = [judged(e.experiment, e.readings, e.projection, costs) for e in free]
+    now, nominal = counted[: len(few)], tuple(counted[len(few) :])
+    tell(f"hold-out: {mean_cost(nominal):.4g} noise floors; sensitivities of {len(model.free)} constants")
     start = unfitted(model, now, costs)
     known = [e.projection for e in now]
     done: Fit = fit(model, few, costs, range(len(model.free)), start.jacobian, REFIT_STEPS, known, CONVERGED)
-    done, costs = settled(done, few, costs, REFIT_STEPS)
+    few = [remembering(e, done.model.vector()) for e in few]
+    again = tuple(evaluate(e, done.model, costs, projection) for e, projection in zip(few, known, strict=True))
+    done, costs = settled(replace(done, evaluations=again), few, costs, REFIT_STEPS)
     refitted = tuple(evaluate(e, done.model, costs) for e in held)
     tell(f"hold-out with refitted constants: {mean_cost(refitted):.4g} noise floors")
     return Search(few, held, costs, channels, start, done, refitted, experiments[0].workers), nominal, refitted
@@ -195,7 +194,7 @@ def _concluded(
     widths = _widths(state, half_width)
     lean = _leanest(state, half_width, tell)
     text = _text(loaded, state, draft, lean, widths, before)
-    final = _rerun(loaded, text, state)
+    final = nominal if text == loaded.text else _again(state, _file_model(text))
     after = mean_cost(final)
     word = _data_verdict(problems) or verdict(state, before, refit, after)
     rest_left = remainder(nominal, final, names, loaded.rig) if word.word != "data_problem" else None
@@ -203,7 +202,7 @@ def _concluded(
         word = replace(word, why=f"{word.why} {sentence(rest_left)}")
     places = localise(nominal, names, state.first_screening, loaded.rig)
     rest = candidates(state.current.model.rig, state.channels)
-    last = state.screening or screen(state.current, state.costs, rest, state.seen_at, tell)
+    last = screen(state.current, state.costs, rest, state.seen_at, tell, sizes_only=True)
     tell("smallest sizes that would have been named")
     state.screening = checked(last, state.current, state.costs, state.seen_at)
     rms = [channel_rms(evaluations, names) for evaluations in (nominal, final)]
@@ -254,7 +253,7 @@ def _leanest(state: Search, half_width: Array, tell: Tell) -> Model:
         jacobian = [columns[numbers] for columns in state.current.jacobian]
         known = [e.projection for e in state.current.evaluations]
         done = fit(smaller, state.experiments, state.costs, range(len(numbers)), jacobian, 4, known) if numbers else None
-        reached = mean_cost([evaluate(e, done.model, state.costs) for e in state.holdouts]) if done else np.inf
+        reached = mean_cost(_again(state, done.model)) if done else np.inf
         if done and reached <= max(ALIKE * state.cost, FLOOR):
             tell(f"{len(numbers) - len(effects)} changed constants suffice: hold-out {reached:.4g} noise floors")
             return done.model
@@ -269,7 +268,11 @@ def _text(loaded: LoadedRig, state: Search, draft: Verdict, lean: Model, widths:
     return improved(loaded.text, lean, state.steps, widths, remark)
 
 
-def _rerun(loaded: LoadedRig, text: str, state: Search) -> tuple[Evaluation, ...]:
-    """The hold-out again with the file as it was written: what is reported is what the file does."""
-    rig = rig_from_text(text, "improved rig.yaml")
-    return tuple(evaluate(e, Model(rig, (), np.empty(0)), state.costs) for e in state.holdouts)
+def _file_model(text: str) -> Model:
+    """The file as it was written, nothing free: what is reported is what the file does."""
+    return Model(rig_from_text(text, "improved rig.yaml"), (), np.empty(0))
+
+
+def _again(state: Search, model: Model) -> tuple[Evaluation, ...]:
+    """A model near the final one on the hold-out, start states taken out as for the final one."""
+    return tuple(evaluate(seen.experiment, model, state.costs, seen.projection) for seen in state.seen)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.evaluation import Costing, Evaluation, judged, limits, mean_cost, recounted, rho
-from gap.initial_states import Projection, marginalised
+from gap.evaluation import Costing, Evaluation, evaluate, judged, limits, mean_cost, recounted, rho
+from gap.initial_states import Projection
 from gap.measured import Array
 from gap.model import Model
 from gap.sensitivity import projected, sensitivities
@@ -21,6 +21,8 @@ from gap.windows import Experiment
 
 _DAMPINGS = (0.0, 0.03, 0.3, 3.0, 30.0)
 INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard deviation, below which its sensitivity is not renewed
+CARRIES = 0.05  # of the largest share in a step's effect, below which a constant's sensitivity is not renewed either
+MOST_RENEWALS = 2  # of the sensitivities in one fit: more are spent on models that are wrong anyhow
 HALF = 0.5  # of the promised gain; a step that gives less was made with stale sensitivities
 SETTLINGS = 3
 SAME_TAU = 0.7  # ratio of correlation times above which they are one
@@ -61,22 +63,20 @@ def fit(
     of the effects in `moving` renewed at the start; else all are computed. From step to step they follow by Broyden's update; where a
     step disappoints, those of `moving` are computed again. The initial states are marginalised about the model's start unless
     `projections` are given."""
-    vector = model.vector()
-    base = [simulate(e, [vector])[0] for e in experiments]
-    projections = projections or [marginalised(e, vector) for e in experiments]
-    now = [judged(e, y, p, costs) for e, y, p in zip(experiments, base, projections, strict=True)]
+    now = [evaluate(e, model, costs, projections[k] if projections else None) for k, e in enumerate(experiments)]
+    base = [e.readings for e in now]
     raw = [j.copy() for j in jacobian] if jacobian is not None else sensitivities(model, experiments, range(len(model.free)), base)
     columns = [projected(e, j) for e, j in zip(now, raw, strict=True)]
     work = _Descent(model, now, raw, columns, costs)
     if jacobian is not None:
         work.renew([k for k in moving if not model.free[k].prior])
-    fresh, disappointed = jacobian is None, False
+    fresh, disappointed, renewed = jacobian is None, False, 0
     for _ in range(steps):
-        if disappointed:
+        if disappointed and renewed < MOST_RENEWALS:
             work.renew(work.visible(moving))
-            fresh = True
+            fresh, renewed = True, renewed + 1
         gained, kept_promise = work.step()
-        if (gained is None and fresh) or (gained is not None and gained < enough):
+        if (gained is None and (fresh or renewed == MOST_RENEWALS)) or (gained is not None and gained < enough):
             break
         fresh, disappointed = False, not kept_promise
     return Fit(work.model, tuple(work.now), tuple(work.raw), tuple(work.columns), work.objective)
@@ -101,6 +101,7 @@ class _Descent:
 
     def __init__(self, model: Model, now: list[Evaluation], raw: list[Array], columns: list[Array], costs: Costing) -> None:
         self.model, self.now, self.raw, self.columns, self._costs = model, now, raw, columns, costs
+        self.taken: Array | None = None  # the last step, in the numbers' scales
         self._weigh()
 
     def _weigh(self) -> None:
@@ -117,20 +118,24 @@ class _Descent:
             columns[list(numbers)] = projected(evaluation, new)
 
     def visible(self, moving: Sequence[int]) -> list[int]:
-        """Of `moving`, the effects' parameters and the constants that these logs can see at all."""
+        """Of `moving`, the effects' parameters and the constants that these logs can see and that the last step, if any, moved."""
         energy = sum(np.sum(column**2, axis=(1, 2)) for column in self.columns) / self.temper
-        return [k for k in moving if not self.model.free[k].prior or energy[k] > INVISIBLE]
+        carried = energy * (self.taken**2 if self.taken is not None else 0.0)
+        seen = (energy > INVISIBLE) & (carried >= CARRIES**2 * carried.max(initial=0.0))
+        return [k for k in moving if not self.model.free[k].prior or seen[k]]
 
     def step(self) -> tuple[float | None, bool]:
         """One step: relative gain (None when no step helps), and whether it gave at least half of what it promised."""
         normal, gradient = _normal_equations(self.model, self.now, self.columns, self._costs, self.temper)
         better = _best_step(self.model, self.now, normal, gradient, self._costs, self.temper, self.objective)
         if better is None:
+            self.taken = None
             return None, False
         model, now, reached, promised = better
         gain = self.objective - reached
         relative = gain / max(self.objective, 1e-12)
-        self._follow((model.theta - self.model.theta) / self.model.scales, now)
+        self.taken = (model.theta - self.model.theta) / self.model.scales
+        self._follow(self.taken, now)
         self.model, self.now = model, now
         self._weigh()
         return relative, gain > HALF * promised

@@ -14,9 +14,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gap.measured import Array
-from gap.simulate import carried, warmed
+from gap.simulate import kept, warmed
 from gap.windows import SHAPE_RATE_SD, Experiment
 from sim_backend.batch import restart
 from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, H, J, Vector, X
@@ -61,6 +62,15 @@ class Projection:
 
     sensitivity: Array
     gain: Array  # windows × states × values
+    of_friction: NDArray[np.bool_] | None = None  # which of the states stand for friction, or hang on it
+
+    @property
+    def plain(self) -> Projection:
+        """The same with the friction's states and form known: these are linear only about a friction that is right already."""
+        if self.of_friction is None or not self.of_friction.any():
+            return self
+        a = self.sensitivity[:, :, ~self.of_friction]
+        return Projection(a, _gain(a))
 
     def apply(self, e: Array) -> Array:
         """windows × values → windows × (values + states): what is left, then the cost of the initial states."""
@@ -77,19 +87,29 @@ class Projection:
 
 def marginalised(experiment: Experiment, p: Vector) -> Projection:
     """The projection that takes out each window's unknown initial state, linearised at the parameters `p`."""
+    return marginalised_readings(experiment, p)[1]
+
+
+def marginalised_readings(experiment: Experiment, p: Vector) -> tuple[Array, Projection]:
+    """Readings with the parameters `p` (windows × samples × channels), and the projection linearised there."""
     p = warmed(experiment, p)
-    base, kept = carried(experiment, p, slice(0, experiment.windows), keep=True)
+    base, first = kept(experiment, p)
     states = start_states(p, experiment)
     with ThreadPoolExecutor(experiment.workers) as pool:
-        moved = list(pool.map(lambda s: restart(kept, p, experiment.plan, s.number, _MOVE * s.sd), states))
-        moved += pool.map(lambda form: restart(kept, form.changed(p), experiment.plan, 0, 0.0), forms_of_friction(p))
+        moved = list(pool.map(lambda s: restart(first, p, experiment.plan, s.number, _MOVE * s.sd), states))
+        moved += pool.map(lambda form: restart(first, form.changed(p), experiment.plan, 0, 0.0), forms_of_friction(p))
     there = np.isfinite(experiment.measured)
     columns = [np.where(there, ((m - base)[:, :, experiment.columns]) / (_MOVE * experiment.sigma), 0.0) for m in moved]
     values = experiment.measured[0].size
     blank = np.empty((experiment.windows, values, 0))
     a = np.stack([np.nan_to_num(column).reshape(experiment.windows, -1) for column in columns], axis=2) if columns else blank
-    gain = np.linalg.solve(np.einsum("wnk,wnl->wkl", a, a) + np.eye(a.shape[2]), a.transpose(0, 2, 1))
-    return Projection(a, gain)
+    bristles = {slot * D_STRIDE + D.BRISTLE for slot in range(SLOTS)}
+    of_friction = np.array([s.number in bristles for s in states] + [True] * (len(moved) - len(states)), dtype=np.bool_)
+    return base[:, :, experiment.columns], Projection(a, _gain(a), of_friction)
+
+
+def _gain(a: Array) -> Array:
+    return np.asarray(np.linalg.solve(np.einsum("wnk,wnl->wkl", a, a) + np.eye(a.shape[2]), a.transpose(0, 2, 1)))
 
 
 def start_states(p: Vector, experiment: Experiment) -> list[StartState]:

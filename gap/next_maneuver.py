@@ -10,7 +10,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from config.errors import ConfigError, LongreachError
 from config.load import LoadedRig
 from gap.candidates import candidates
-from gap.closed_loop import planned
+from gap.closed_loop import measured_on, planned
 from gap.designs import Design, designs
 from gap.extra_sensor import extra_sensors, with_sensors
 from gap.model import Model
@@ -192,15 +192,27 @@ class _Course:
         self.tell(f"  {design.label}: expected t at most {bound.t:.1f} in {comparison.log.duration_s:.0f} s")
         return Proposal(design, self.names, bound, comparison.log.duration_s).time_s, -bound.t, design, comparison, None
 
-    def _exact(self, design: Design, comparison: Comparison) -> _Entry:
+    def _exact(self, design: Design, comparison: Comparison) -> _Entry | None:
+        if not self._safe(design):
+            return self._bounded(design.smaller) if design.smaller else None
         separation = comparison.exact()
         self.tell(f"  {design.label}: expected t {separation.t:.1f} with all constants refitted")
         proposal = Proposal(design, self.names, separation, comparison.log.duration_s)
         return proposal.time_s, -separation.t, design, comparison, proposal
 
+    def _safe(self, design: Design) -> bool:
+        """Whether the second rival's rig could run it too: either may be the truth. The first has run it already."""
+        try:
+            measured_on(self.rivals[1].model.fitted_rig(), design.content)
+        except LongreachError as refused:
+            self.tell(f"  {design.label}: not if {self.rivals[1].name} is the truth ({refused.refusal.what})")
+            return False
+        return True
+
     def best_sensor(self) -> Proposal:
         """Sensors the rig does not have, on the maneuvers whose bound was highest."""
-        telling = sorted(self.seen, key=lambda item: -item[0].T)[:SENSOR_TRIALS]
+        order = sorted(self.seen, key=lambda item: -item[0].T)
+        telling = list(islice((item for item in order if self._safe(item[1])), SENSOR_TRIALS)) or order[:1]
         extras = extra_sensors(self.loaded.rig, self.measured)
         every = (*self.measured, *(channel for extra in extras for channel in extra.channels))
         rivals = [replace(rival, model=with_sensors(rival.model, extras)) for rival in self.rivals]

@@ -25,6 +25,7 @@ from sim_backend.batch import quiet
 from sim_backend.plant import SimulatedRig
 
 SMOOTH_S = 0.05
+LONGEST_S = 20.0  # of a run that is replayed: enough to see how it went; a controller takes a tenth of real time to simulate
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ class JointReplay:
 
 
 def replays(path: Path, before: Rig, after: Rig) -> list[JointReplay] | str:
-    """Every joint of the log's first run, or why it cannot be replayed."""
+    """Every joint of the log's first run (its first 20 s), or why it cannot be replayed."""
     if path.suffix.lower() != ".mcap":
         return "The hold-out is a table without the run's request, so the controller cannot be run again."
     log = read_log(path)
@@ -68,7 +69,7 @@ def _run(rig: Rig, request: str, start: list[float]) -> ClosedLoop:
     simulated = SimulatedRig(rig)
     simulated.parameters.values[:] = quiet(simulated.parameters)
     simulated.reset(start)
-    return closed_loop(rig, simulated, plan_run(rig, RunRequest.from_json(request)))
+    return closed_loop(rig, simulated, plan_run(rig, RunRequest.from_json(request)), LONGEST_S)
 
 
 def _joint(log: Log, rows: NDArray[np.intp], runs: list[ClosedLoop], number: int, joint: str, rig: Rig) -> JointReplay:

@@ -18,6 +18,7 @@ from gap.measured import Array
 from gap.model import Model
 from gap.sensitivity import projected
 from gap.simulate import simulate
+from gap.thinned import thinned
 from sim_backend.effects.registry import REGISTRY
 
 SAME_DIRECTION = 0.95
@@ -94,12 +95,20 @@ class Screening:
         return best
 
 
-def screen(current: Fit, costs: Costing, found: Sequence[Candidate], seen_at: float, tell: Callable[[str], None]) -> Screening:
-    """Two or more simulations a candidate. `seen_at`: energy of a signature (noise units squared) at which its effect would be named."""
+def screen(
+    current: Fit, costs: Costing, found: Sequence[Candidate], seen_at: float, tell: Callable[[str], None], sizes_only: bool = False
+) -> Screening:
+    """Two or more simulations a candidate. `seen_at`: energy of a signature (noise units squared) at which its effect would be named.
+
+    `sizes_only`: one simulation a candidate, which its smallest size follows from; starting points are not ranked then.
+    """
     tell(f"screening {len(found)} candidate effects")
-    remover = Remover(current, costs)
+    current, share = thinned(current)
+    remover, seen_at = Remover(current, costs), share * seen_at
     residual = remover.remove(remover.flat([e.left for e in current.evaluations])[None, :])[0]
     groups = [points(candidate, current.model) for candidate in found]
+    if sizes_only:
+        groups = [[group[len(c.starts) if _alone(c) else 0]] for c, group in zip(found, groups, strict=True)]
     freed = remover.remove(rows(current, remover, [model for group in groups for model in group]))
     ends = np.cumsum([len(group) for group in groups])[:-1]
     scored = [

@@ -11,7 +11,7 @@ from gap.candidates import candidates
 from gap.compare import separation_t
 from gap.screen import Screening, Signature, screen
 from gap.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step
-from gap.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Trial, first_trial, own_trial
+from gap.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial
 from gap.turned import turned_trials
 
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
@@ -24,13 +24,13 @@ FIRST_WAVE = 4
 def search(state: Search, tell: Tell) -> Search:
     """Add effects while the hold-out says so."""
     while len(state.steps) < MOST_EFFECTS:
-        state.screening = None
         if state.cost < FLOOR + LEAST_DROP:
             break  # no candidate could pass the gates any more
         found = candidates(state.current.model.rig, state.channels)
-        state.screening = screen(state.current, state.costs, found, state.seen_at, tell)
-        state.first_screening = state.first_screening or state.screening
-        state.last_trials = tuple(sorted(_trials(state, state.screening, tell), key=lambda trial: trial.cost))
+        plain = state.base.plain
+        screening = screen(plain.current, state.costs, found, state.seen_at, tell)
+        state.first_screening = state.first_screening or screening
+        state.last_trials = tuple(sorted(_trials(state, plain, screening, tell), key=lambda trial: trial.cost))
         step = _decide(state, len(found))
         taken = accept(state, step, tell) if step else None
         if taken is None:
@@ -41,14 +41,14 @@ def search(state: Search, tell: Tell) -> Search:
     return state
 
 
-def _trials(state: Search, screening: Screening, tell: Tell) -> list[Trial]:
+def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> list[Trial]:
     """Fit the candidates that passed the screening, best signatures first; those that help most once more about their own states."""
     kept, base = screening.kept(), state.base
     most = max((s.share for s in kept), default=0.0)
 
     def first(signature: Signature) -> Trial:
-        trial = first_trial(base, signature.candidate, signature.starts)
-        tell(f"  {trial.candidate.label}: hold-out {state.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
+        trial = first_trial(plain, signature.candidate, signature.starts)
+        tell(f"  {trial.candidate.label}: hold-out {plain.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
         return trial
 
     others = [] if state.steps else [state.nominal]  # constants torn away by the missing effect are a bad place to start from
@@ -77,7 +77,8 @@ def _trials(state: Search, screening: Screening, tell: Tell) -> list[Trial]:
 def _decide(state: Search, tried: int) -> Step | None:
     """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters unless more are worth an effect."""
     threshold = max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
-    passed = [t for t in state.last_trials if t.t > threshold and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP and t.has_size]
+    own = [t for t in state.last_trials if t.own]
+    passed = [t for t in own if t.t > threshold and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP and t.has_size]
     if not passed:
         return None
     best = min(passed, key=lambda trial: trial.cost)

@@ -56,6 +56,13 @@ def simulate(experiment: Experiment, vectors: Sequence[Vector]) -> list[Array]:
     return [np.concatenate(group) for group in groups]
 
 
+def kept(experiment: Experiment, p: Vector) -> tuple[Array, Array]:
+    """Readings of all sensors with (warmed) parameters, and the state of every window's start."""
+    with ThreadPoolExecutor(experiment.workers) as pool:
+        done = list(pool.map(lambda part: _carried(experiment, p, part, keep=True), _parts(experiment, p, 1)))
+    return np.concatenate([readings for readings, _ in done]), np.concatenate([states for _, states in done])
+
+
 def residual(experiment: Experiment, readings: Array) -> Array:
     """(measured − simulated) / noise, windows × values; 0 where nothing was measured, huge where the simulation ran away."""
     e = (experiment.measured - np.nan_to_num(readings, nan=np.inf)) / experiment.sigma
@@ -65,9 +72,9 @@ def residual(experiment: Experiment, readings: Array) -> Array:
 def _parts(experiment: Experiment, p: Vector, vectors: int) -> list[slice]:
     """The windows cut into as many parts as there are idle threads; only windows with a kept state can begin a part."""
     everything = slice(0, experiment.windows)
-    if vectors >= experiment.workers or experiment.plan.entries is None:
+    if vectors >= experiment.workers or experiment.plan.entries is None or experiment.memory is None:
         return [everything]
-    if experiment.memory is None or not _remembers_alike(p, experiment.memory.p):
+    if not _remembers_alike(warmed(experiment, p), experiment.memory.p):
         return [everything]
     firsts = np.flatnonzero(experiment.plan.entries >= 0)
     ideal = np.arange(1, experiment.workers) * experiment.windows / experiment.workers
@@ -76,11 +83,11 @@ def _parts(experiment: Experiment, p: Vector, vectors: int) -> list[slice]:
 
 
 def _readings(experiment: Experiment, p: Vector, part: slice) -> Array:
-    readings, _ = carried(experiment, warmed(experiment, p), part)
+    readings, _ = _carried(experiment, warmed(experiment, p), part)
     return readings[:, :, experiment.columns]
 
 
-def carried(experiment: Experiment, p: Vector, part: slice, keep: bool = False) -> tuple[Array, Array]:
+def _carried(experiment: Experiment, p: Vector, part: slice, keep: bool = False) -> tuple[Array, Array]:
     """Simulate (warmed) parameters into the windows of one part, from kept states where these are what `p` would remember."""
     plan, memory = experiment.plan, experiment.memory
     if memory is None or plan.entries is None:
@@ -95,8 +102,8 @@ def carried(experiment: Experiment, p: Vector, part: slice, keep: bool = False) 
 
 
 def _remembers_alike(p: Vector, other: Vector) -> bool:
-    """Whether what both remember longer than the lead-in is the same: hysteresis, backlash, accumulator."""
-    slots = [J_START + slot * J_STRIDE + item for slot in range(SLOTS) for item in (J.HYSTERESIS, J.GAP)]
+    """Whether what both remember longer than the lead-in is the same: backlash, accumulator. (Hysteresis follows from the commands.)"""
+    slots = [J_START + slot * J_STRIDE + J.GAP for slot in range(SLOTS)]
     numbers = [*slots, C.INVERSE_GAS_VOLUME, C.PUMP_FLOW]
     return bool(np.array_equal(p[numbers], other[numbers]))
 

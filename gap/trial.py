@@ -10,11 +10,12 @@ import numpy as np
 from config.effect_entry import EffectEntry
 from gap.candidates import Candidate
 from gap.compare import paired_t
-from gap.evaluation import Costing, Evaluation, evaluate, mean_cost
+from gap.evaluation import Costing, Evaluation, evaluate, judged, mean_cost
 from gap.fit import Fit, covariance, fit
 from gap.initial_states import Projection, marginalised
 from gap.measured import Array
 from gap.model import Model
+from gap.sensitivity import projected
 from gap.windows import Experiment
 from sim_backend.effects.registry import REGISTRY
 from sim_backend.layout import C
@@ -40,6 +41,18 @@ class Base:
     def cost(self) -> float:
         return mean_cost(self.seen)
 
+    @property
+    def plain(self) -> Base:
+        """The same with the friction's states and form known, for candidates that may change the friction beyond recognition."""
+        now = tuple(_plain(e, self.costs) for e in self.current.evaluations)
+        columns = tuple(projected(e, j) for e, j in zip(now, self.current.jacobian, strict=True))
+        current = replace(self.current, evaluations=now, columns=columns)
+        return replace(self, current=current, seen=tuple(_plain(e, self.costs) for e in self.seen))
+
+
+def _plain(now: Evaluation, costs: Costing) -> Evaluation:
+    return judged(now.experiment, now.readings, now.projection.plain, costs)
+
 
 @dataclass(frozen=True, slots=True)
 class Trial:
@@ -53,6 +66,7 @@ class Trial:
     t: float
     has_size: bool  # the 95 % interval of one of its parameters excludes the neutral value
     beside: Candidate | None = None  # the sign of a sensor that was turned with it
+    own: bool = False  # judged about its own start states, which a name needs
 
     @property
     def cost(self) -> float:
@@ -81,7 +95,7 @@ def own_trial(base: Base, trial: Trial, others: Sequence[Fit]) -> Trial:
     for other in others:
         moved = model.with_theta(np.concatenate([other.model.theta, model.theta[len(other.model.theta) :]]))
         fits.append(fit(moved, base.experiments, base.costs, effects(model), _with_new(other, trial), STEPS, own))
-    return _judged(base, trial.candidate, min(fits, key=lambda done: done.cost), None)
+    return replace(_judged(base, trial.candidate, min(fits, key=lambda done: done.cost), None), own=True)
 
 
 def _with_new(known: Fit, trial: Trial) -> list[Array]:

@@ -11,6 +11,7 @@ from gap.evaluation import Costing
 from gap.fit import Fit
 from gap.model import Model
 from gap.screen import Remover, Screening, Signature, placed, rows
+from gap.thinned import thinned
 
 ROUNDS = 3
 CLOSE = 2.0  # ratio of energies within which a size is found
@@ -21,7 +22,8 @@ _NOTHING = 1e-12  # of the energy wanted
 
 def checked(screening: Screening, current: Fit, costs: Costing, seen_at: float) -> Screening:
     """The screening with sizes tried out; an effect that does not reach the energy `seen_at` within its plausible range has none."""
-    remover = Remover(current, costs)
+    current, share = thinned(current)
+    remover, seen_at = Remover(current, costs), share * seen_at
     known = {k: [s.probe[1:]] for k, s in enumerate(screening.signatures) if s.probe and _scalable(s)}
     for _ in range(ROUNDS):
         todo = {k: _next(trials, seen_at) for k, trials in known.items() if not _found(trials, seen_at)}
