@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,8 @@ def test_deleted_coulomb_friction_is_found_and_the_gap_closes(tmp_path: Path) ->
     assert "[gap]" in improved.text
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("data:image/png;base64,") == 4
-    assert "http" not in page.replace("http-equiv", "")
+    text = re.sub(r"base64,[^\"']*", "", page)  # a picture's letters spell anything
+    assert "http" not in text.replace("http-equiv", "")
 
 
 def test_no_gap_is_said_and_the_rig_file_stays(tmp_path: Path) -> None:
