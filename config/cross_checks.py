@@ -26,6 +26,7 @@ def cross_check(tree: YamlTree) -> list[Problem]:
         _devices,
         _interlock_signals,
         _end_point,
+        _gain_schedule,
         _oil,
         _identified,
     )
@@ -150,6 +151,19 @@ def _end_point(tree: YamlTree) -> Iterator[Problem]:
         yield tree.problem(
             ("end_point",), f"end_point needs the signal {signal}, which is not in signals", of_key=True, next_step="Add the signal."
         )
+    gain = ("end_point", "friction_gain")
+    if tree.value(gain) is not None and tree.value(("servo", "rotary", "oil_compensation")) is None:
+        what = "end_point.friction_gain acts up to a share of the friction in servo.rotary.oil_compensation, which is not there"
+        yield tree.problem(gain, what, next_step="Add servo.rotary.oil_compensation, or remove friction_gain.")
+
+
+def _gain_schedule(tree: YamlTree) -> Iterator[Problem]:
+    """A gain that follows the extension needs a joint that extends the link."""
+    for joint in _mapping(tree, "servo") if "prismatic" not in _mapping(tree, "joints") else ():
+        path = ("servo", joint, "gain_schedule")
+        if tree.value(path):
+            what = f"{dotted(path)} needs a joint named 'prismatic', whose position is the extension"
+            yield tree.problem(path, what, of_key=True, next_step="Remove it.")
 
 
 def _oil(tree: YamlTree) -> Iterator[Problem]:

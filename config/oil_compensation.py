@@ -23,6 +23,9 @@ class OilCompensation(Section):
 
     source: str = Field(description="the temperature signal, e.g. rotary.return_temperature: the one nearest to the actuator's oil")
     filter_s: float = quantity("s", "time constant of the low-pass on the temperature", 10.0, low=0.1, high=600)
+    feedback_share: float = quantity(
+        "", "share of the friction that a feedback may have overcome; what is left must hold a joint at rest", 0.6, low=0, high=0.9
+    )
     points: tuple[OilPoint, ...] = Field(min_length=1, max_length=50, description="in the order of rising temperature")
 
     @field_validator("points")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag
+from pydantic import Field, Tag, field_validator
 
 from config.oil_compensation import LinearOilCompensation, RotaryOilCompensation
 from config.section import Section, chosen_by, inferred, quantity
@@ -15,6 +16,13 @@ class LagLeadSection(Section):
 
     zero_rad_per_s: float = quantity("rad/s", "corner of the zero", low=1e-3, high=1e4)
     pole_rad_per_s: float = quantity("rad/s", "corner of the pole", low=1e-3, high=1e4)
+
+
+class GainPoint(Section):
+    """What the gain is multiplied by at one extension of the link."""
+
+    extension_m: float = quantity("m", "extension of this point", low=0, high=100)
+    factor: float = Field(gt=0.0, le=20.0, description="times `gain`")
 
 
 class JointServo(Section):
@@ -37,6 +45,17 @@ class RotaryServo(JointServo):
     velocity_feedforward: float = quantity("V*s/rad", "volts per rate of the reference", 0.0, low=-200, high=200)
     acceleration_feedforward: float = quantity("V*s^2/rad", "volts per acceleration of the reference", 0.0, low=-20, high=20)
     oil_compensation: RotaryOilCompensation | None = None
+    gain_schedule: tuple[GainPoint, ...] = Field(
+        default=(), max_length=50, description="by rising extension, straight lines between the points, constant beyond; none: one gain"
+    )
+
+    @field_validator("gain_schedule")
+    @classmethod
+    def _rising(cls, points: tuple[GainPoint, ...]) -> tuple[GainPoint, ...]:
+        extensions = [point.extension_m for point in points]
+        if any(later <= earlier for earlier, later in pairwise(extensions)):
+            raise ValueError(f"extensions must rise from point to point, got {extensions} m")
+        return points
 
 
 class LinearServo(JointServo):

@@ -40,11 +40,13 @@ class Controller:
         self._limits = [ReferenceLimit(joint.travel, joint.rate_limit, self._period_s) for joint in joints]
         link, feedback = rig.link_mode, rig.end_point
         self._end_point: EndPointFeedback | None = None
-        self._rotary, self._prismatic = 0, 0
+        names = list(rig.joints)
+        self._has_link = "rotary" in names and "prismatic" in names
+        self._rotary, self._prismatic = (names.index("rotary"), names.index("prismatic")) if self._has_link else (0, 0)
         if feedback is not None and link is not None:
-            self._rotary, self._prismatic = (list(rig.joints).index(name) for name in ("rotary", "prismatic"))
             self._end_point = EndPointFeedback(feedback, link, joints[self._prismatic].travel, self._period_s)
         self._corrections = [0.0] * len(joints)  # added to the joints' errors by the end-point feedback
+        self._pushes_V = [0.0] * len(joints)  # what it asks for against their friction
         self._reference_rate = [0.0] * len(joints)
         self._engaged = False
         self._target = [nan] * len(joints)
@@ -65,6 +67,8 @@ class Controller:
             servo.measure(position)
         for servo, temperature in zip(self._servos, inputs.oil_temperature_C, strict=False):  # empty on a rig without compensation
             servo.measure_oil(temperature)
+        if self._has_link:
+            self._servos[self._rotary].follow_extension(self._servos[self._prismatic].position)
         if inputs.mode in OFF:
             return self._off()
         if not self._engaged and not self._engage():
@@ -81,7 +85,8 @@ class Controller:
         rates = self._reference_rate
         planned = (self._reference[self._prismatic], rates[self._prismatic], rates[self._rotary])
         tip = (inputs.tip_deflection_m, inputs.tip_acceleration_mps2)
-        self._corrections[self._rotary] = end_point.step(tip, measured, planned)
+        correction = end_point.step(tip, measured, planned)
+        self._corrections[self._rotary], self._pushes_V[self._rotary] = correction, end_point.push_V(correction)
 
     @property
     def _tip_correction(self) -> float:
@@ -90,7 +95,7 @@ class Controller:
     def _off(self) -> Outputs:
         if self._end_point is not None:
             self._end_point.release()
-            self._corrections[self._rotary] = 0.0
+            self._corrections[self._rotary] = self._pushes_V[self._rotary] = 0.0
         self._engaged = False
         self._motion = None
         outputs = []
@@ -138,14 +143,14 @@ class Controller:
         if reference != motion.reference[j]:
             rate = clamp(rate, -limit.rate_limit, limit.rate_limit) if limit.low < reference < limit.high else 0.0
         self._target[j], self._reference[j], self._reference_rate[j] = motion.target[j], reference, rate
-        servo.step(reference, rate, motion.volts[j], self._corrections[j])
+        servo.step(reference, rate, motion.volts[j], self._corrections[j], self._pushes_V[j])
         return JointOutput(motion.target[j], motion.target_rate[j], reference, rate, servo.velocity, servo.command_V)
 
     def _hold(self, inputs: Inputs) -> Outputs:
         outputs = []
         for j, servo in enumerate(self._servos):
             self._reference_rate[j] = 0.0
-            servo.step(self._reference[j], 0.0, 0.0, self._corrections[j])
+            servo.step(self._reference[j], 0.0, 0.0, self._corrections[j], self._pushes_V[j])
             outputs.append(JointOutput(self._target[j], 0.0, self._reference[j], 0.0, servo.velocity, servo.command_V))
         finished = inputs.mode == Mode.RUNNING and inputs.run == self._started_run and inputs.run != 0
         return Outputs(tuple(outputs), 0, finished, inputs.mode == Mode.STOPPING, self._tip_correction)

@@ -2,6 +2,7 @@
 
     w_f += (1 − e^{−2π f_r T}) (w − ŵ − w_f);   correction = g(L) · w_f / L   is added to the rotary error
 
+While the reference rests, a part of the joint's friction is overcome in the direction of the correction as well (`push_V`).
 ŵ is the deflection that the reference motion causes by itself (`control.expected_deflection`).
 
 With a rate-type joint this damps the first mode for every joint gain; the second mode has the wrong sign where payload is small or
@@ -31,7 +32,19 @@ def scheduled_gain(settings: EndPoint, frequency_Hz: float) -> float:
 class EndPointFeedback:
     """The correction of the rotary error in rad. One `step` a cycle while the servo is engaged, `release` otherwise."""
 
-    __slots__ = ("_estimator", "_expected", "_fade", "_filtered_m", "_frequency", "_in_step", "_out_step", "_settings", "_share", "_travel")
+    __slots__ = (
+        "_estimator",
+        "_expected",
+        "_fade",
+        "_filtered_m",
+        "_frequency",
+        "_in_step",
+        "_omega",
+        "_out_step",
+        "_settings",
+        "_share",
+        "_travel",
+    )
 
     def __init__(self, settings: EndPoint, link: LinkMode, travel: tuple[float, float], period_s: float) -> None:
         """`travel` of the prismatic joint (m): a broken sample of the extension must not become a frequency."""
@@ -44,6 +57,7 @@ class EndPointFeedback:
         self._expected = ExpectedDeflection(link, period_s)
         self._filtered_m = 0.0
         self._fade = 0.0
+        self._omega = 0.0  # of the link, in the last cycle
 
     def release(self) -> None:
         """As before the feedback was ever used."""
@@ -70,8 +84,18 @@ class EndPointFeedback:
             self._fade = min(1.0, self._fade + self._in_step)
         else:
             self._fade = max(0.0, self._fade - self._out_step)
-        gain = scheduled_gain(self._settings, self._frequency.frequency_Hz(length))
+        self._omega = self._frequency.omega_d(length)
+        gain = scheduled_gain(self._settings, self._omega / (2.0 * pi))
         return self._fade * gain * self._filtered_m / length
+
+    def push_V(self, correction: float) -> float:
+        """Volts against the friction of a resting joint for the correction (rad) of this cycle, before the servo limits them.
+
+        A joint in the grip of its friction does not follow small corrections: the link would ring on below about 0.5 m/s². Volts that
+        leave less than the friction can hold cannot turn the joint by themselves, they only make it follow. In a joint that stands the
+        oil's pressure is the integral of the flow, so a faster link needs more of them.
+        """
+        return self._settings.friction_gain * self._omega * correction
 
     def snapshot(self) -> dict[str, Any]:
         estimator = self._estimator.snapshot() if self._estimator is not None else None

@@ -23,18 +23,19 @@ def section_coefficients(zero_rad_per_s: float, pole_rad_per_s: float, period_s:
 class LagLead:
     """Gain and sections in cascade. `step` gives the output for one error; `condition` corrects the states after a limit acted."""
 
-    __slots__ = ("_before", "_feedthrough", "_gain", "_sections", "_slowest", "_states")
+    __slots__ = ("_before", "_gain", "_sections", "_slowest", "_states")
 
     def __init__(self, gain: float, corners_rad_per_s: Sequence[tuple[float, float]], period_s: float) -> None:
         self._gain = gain
         self._sections = tuple(section_coefficients(zero, pole, period_s) for zero, pole in corners_rad_per_s)
         self._states = [0.0] * len(self._sections)
         self._before = [0.0] * len(self._sections)
-        self._feedthrough = gain
-        for b0, _, _ in self._sections:
-            self._feedthrough *= b0
         poles = [pole for _, pole in corners_rad_per_s]
         self._slowest = poles.index(min(poles)) if poles else -1
+
+    def set_gain(self, gain: float) -> None:
+        """The gain acts before the sections, so what they remember does not jump with it."""
+        self._gain = gain
 
     def step(self, error: float) -> float:
         """Output for this sample (volts); advances the states by one period."""
@@ -50,10 +51,13 @@ class LagLead:
 
     def condition(self, error: float, excess: float) -> None:
         """Redo the last step as if the output had been larger by `excess` (negative at an upper limit)."""
-        if not self._sections or self._feedthrough == 0.0:
+        if not self._sections or self._gain == 0.0:
             return
+        direct = self._gain  # what gain and sections pass on at once
+        for b0, _, _ in self._sections:
+            direct *= b0
         self._states[:] = self._before
-        self.step(error + excess / self._feedthrough)
+        self.step(error + excess / direct)
 
     def preload(self, error: float, output: float) -> None:
         """Choose the states so that a constant `error` gives `output` in the next sample (bumpless start).

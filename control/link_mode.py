@@ -7,10 +7,10 @@ At most 0.02 % high with 15 lb or more at the tip of the testbed's tube, 1.5 % h
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from math import pi, sqrt
 
 from config.rig import LinkMode
+from control.table import between
 
 
 class LinkFrequency:
@@ -38,11 +38,8 @@ class LinkFrequency:
         return sqrt(self._factor / (extension_m**3 * (self._mass + self._added * extension_m)))
 
     def _ratio(self, extension_m: float) -> float:
-        place = bisect_right(self._extensions, extension_m)
-        if place == 0 or place == len(self._extensions):
-            return self._ratios[min(place, len(self._ratios) - 1)]
-        low, high = self._extensions[place - 1], self._extensions[place]
-        return self._ratios[place - 1] + (extension_m - low) / (high - low) * (self._ratios[place] - self._ratios[place - 1])
+        below, above, share = between(self._extensions, extension_m)
+        return self._ratios[below] + share * (self._ratios[above] - self._ratios[below])
 
     def frequency_Hz(self, extension_m: float) -> float:
         """Damped frequency in Hz."""

@@ -1,19 +1,21 @@
 """Feed-forward after the measured oil temperature: thin oil leaks more while the same friction has to be overcome.
 
-    u = k_ff · f(T) · v + s(T) · clamp(v / v_full) + b(T)        f, s, b: tables, T low-passed; v is the reference's rate
+    u = k_ff · f(T) · v + s(T) · c + (1 − |c|) · clamp(push, share · s(T)) + b(T),    c = clamp(v / v_full)
+
+f, s, b: tables over T, which is low-passed; v: the reference's rate; push: what a feedback asks for, see `control.end_point`.
 
 A lost sample keeps the last temperature; before the first one nothing is compensated.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from math import exp, isfinite
 from typing import Any
 
 from config.oil_compensation import LinearOilCompensation, RotaryOilCompensation
 from config.rig import Rig
 from control.limits import clamp
+from control.table import between
 
 
 def temperature_signals(rig: Rig) -> tuple[str | None, ...]:
@@ -25,12 +27,13 @@ def temperature_signals(rig: Rig) -> tuple[str | None, ...]:
 class OilCompensation:
     """One joint's table. `measure` once a cycle, then `volts` and `bias_V`."""
 
-    __slots__ = ("_full_rate", "_points", "_share", "_temperatures", "_values", "largest_bias_V", "temperature_C")
+    __slots__ = ("_feedback_share", "_full_rate", "_points", "_share", "_temperatures", "_values", "largest_bias_V", "temperature_C")
 
     def __init__(self, settings: RotaryOilCompensation | LinearOilCompensation, velocity_feedforward: float, period_s: float) -> None:
         self._temperatures = [point.temperature_C for point in settings.points]
         self._points = [((point.velocity_factor - 1.0) * velocity_feedforward, point.friction_V, point.bias_V) for point in settings.points]
         self._full_rate = settings.friction_rate
+        self._feedback_share = settings.feedback_share
         self._share = 1.0 - exp(-period_s / settings.filter_s)
         self.largest_bias_V = max(abs(point.bias_V) for point in settings.points)
         self.temperature_C: float | None = None
@@ -48,18 +51,21 @@ class OilCompensation:
         self.temperature_C = before + self._share * (temperature_C - before)
         self._values = self._at(self.temperature_C)
 
-    def volts(self, reference_rate: float) -> float:
-        """Added to the feed-forward for this reference rate (rad/s or m/s)."""
+    def volts(self, reference_rate: float, push_V: float = 0.0) -> float:
+        """Added to the command for this reference rate (rad/s or m/s). `push_V`: what a feedback asks for against friction, limited here
+        to its share; it gives way to the reference, the more the faster that moves.
+        """
         slope, friction, _ = self._values
-        return slope * reference_rate + friction * clamp(reference_rate / self._full_rate, -1.0, 1.0)
+        direction = clamp(reference_rate / self._full_rate, -1.0, 1.0)
+        volts = slope * reference_rate + friction * direction
+        if push_V != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without it re-execute bit for bit
+            largest_V = self._feedback_share * abs(friction)
+            volts += (1.0 - abs(direction)) * clamp(push_V, -largest_V, largest_V)
+        return volts
 
     def _at(self, temperature_C: float) -> tuple[float, float, float]:
-        place = bisect_right(self._temperatures, temperature_C)
-        if place == 0 or place == len(self._temperatures):
-            return self._points[min(place, len(self._points) - 1)]
-        low, high = self._temperatures[place - 1], self._temperatures[place]
-        share = (temperature_C - low) / (high - low)
-        a, b = self._points[place - 1], self._points[place]
+        below, above, share = between(self._temperatures, temperature_C)
+        a, b = self._points[below], self._points[above]
         return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])
 
     def snapshot(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """One joint's servo: lag-lead on the error, feed-forward of the reference rate, null bias, limits with anti-windup.
 
 u = C(z)·(reference − position + correction) + k_v · reference rate + k_a · reference acceleration + bias + excitation ± dither
-    [+ compensation of the oil's temperature]
+    [+ compensation of the oil's temperature, with the friction that the feedback has to overcome]
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from math import isfinite, nan
 from typing import Any
 
 from config.rig import AnyJoint
-from config.servo import AnyServo
+from config.servo import AnyServo, RotaryServo
 from control.lag_lead import LagLead
 from control.limits import CommandLimit, clamp
 from control.oil_compensation import OilCompensation
+from control.table import between
 from control.velocity import VelocityEstimate
 
 # The bias is faded in after the servo engages: a valve must not be kicked by arming.
@@ -29,12 +30,14 @@ class JointServo:
 
     __slots__ = (
         "_acceleration_gain", "_bias", "_bias_step", "_command_limit", "_compensator", "_dither", "_feedforward", "_full_bias", "_oil",
-        "_rate_before", "_travel", "_velocity", "command_V", "position",
+        "_rate_before", "_schedule", "_travel", "_velocity", "command_V", "position",
     )  # fmt: skip
 
     def __init__(self, joint: AnyJoint, servo: AnyServo, period_s: float) -> None:
         corners = [(section.zero_rad_per_s, section.pole_rad_per_s) for section in servo.sections]
         self._compensator = LagLead(servo.gain, corners, period_s)
+        schedule = servo.gain_schedule if isinstance(servo, RotaryServo) else ()
+        self._schedule = [point.extension_m for point in schedule], [servo.gain * point.factor for point in schedule]
         self._feedforward = servo.velocity_feedforward
         self._acceleration_gain = servo.acceleration_feedforward / period_s
         self._rate_before = 0.0
@@ -68,6 +71,13 @@ class JointServo:
         if self._oil is not None:
             self._oil.measure(temperature_C)
 
+    def follow_extension(self, extension_m: float) -> None:
+        """Take the gain for this extension (m); it stays where the extension is not known. Nothing happens without a gain schedule."""
+        extensions, gains = self._schedule
+        if extensions and isfinite(extension_m):
+            below, above, share = between(extensions, extension_m)
+            self._compensator.set_gain(gains[below] + share * (gains[above] - gains[below]))
+
     def release(self) -> None:
         """Command 0, memory empty: as before the servo was ever engaged."""
         self.command_V = 0.0
@@ -79,8 +89,8 @@ class JointServo:
         self._rate_before = 0.0
         self._dither = abs(self._dither)
 
-    def step(self, reference: float, reference_rate: float, excitation_V: float, correction: float = 0.0) -> None:
-        """One cycle; the result is in `command_V`. `correction` comes from the end-point feedback."""
+    def step(self, reference: float, reference_rate: float, excitation_V: float, correction: float = 0.0, push_V: float = 0.0) -> None:
+        """One cycle; the result is in `command_V`. `correction` and `push_V` come from the end-point feedback."""
         error = reference - self.position
         if correction != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without feedback re-execute bit for bit
             error += correction
@@ -89,7 +99,7 @@ class JointServo:
         inside = self._travel[0] <= self.position <= self._travel[1]
         wanted = self._compensator.step(error) + self._feedforward * reference_rate + self._bias + (excitation_V if inside else 0.0)
         if self._oil is not None:
-            wanted += self._oil.volts(reference_rate)
+            wanted += self._oil.volts(reference_rate, push_V)
         if self._acceleration_gain != 0.0:
             wanted += self._acceleration_gain * (reference_rate - self._rate_before)
             self._rate_before = reference_rate

@@ -16,7 +16,7 @@ from sim_backend.plant import SimulatedRig
 from tuning.closed_loop import Servo
 from tuning.linear_arm import ROTARY
 from tuning.transfer import Floats
-from tuning.variants import with_link
+from tuning.variants import plant_of, with_link
 
 PRISMATIC = "prismatic"
 RELEASE_RAD = radians(2.0)
@@ -56,6 +56,8 @@ def release(rig: Rig, place: Place, servo: Servo, seconds: float = 20.0, angle: 
     period_s = 1.0 / rig.loop.rate_Hz
     rotary, prismatic = _rotary_servo(rig, servo, period_s), JointServo(rig.joints[PRISMATIC], rig.servo[PRISMATIC], period_s)
     feedback = _feedback(rig, servo, period_s)
+    sign = -1.0 if servo.tip_gain < 0.0 else 1.0
+    oil_C = _oil_C(rig) if place.temperature_C is None else place.temperature_C
     count = round(seconds / period_s)
     angles, tips = np.empty(count), np.empty(count)
     for n in range(count):
@@ -64,12 +66,18 @@ def release(rig: Rig, place: Place, servo: Servo, seconds: float = 20.0, angle: 
         rotary.measure(float(angles[n]))
         prismatic.measure(extension)
         measured, planned = (extension, prismatic.velocity, rotary.velocity), (place.extension_m, 0.0, 0.0)
-        correction = feedback.step((float(tips[n]), nan), measured, planned) if feedback else 0.0
-        sign = -1.0 if servo.tip_gain < 0.0 else 1.0
-        rotary.step(0.0, 0.0, 0.0, sign * correction)
+        rotary.measure_oil(oil_C)
+        rotary.follow_extension(extension)
+        correction = sign * feedback.step((float(tips[n]), nan), measured, planned) if feedback else 0.0
+        rotary.step(0.0, 0.0, 0.0, correction, feedback.push_V(correction) if feedback else 0.0)
         prismatic.step(place.extension_m, 0.0, 0.0)
         plant.advance([rotary.command_V, prismatic.command_V], period_s)
     return _judged(np.arange(count, dtype=np.float64) * period_s, angles, tips, period_s)
+
+
+def _oil_C(rig: Rig) -> float:
+    oil = plant_of(rig).oil
+    return oil.initial_temperature_C if oil is not None else nan
 
 
 def servo_of(rig: Rig) -> Servo:

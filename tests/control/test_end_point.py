@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from config.end_point import EndPoint
+from config.errors import ConfigError
 from config.load import find, load_rig, rig_from_text
 from config.overrides import apply_overrides
 from config.rig import LinkMode, Rig
@@ -97,6 +98,27 @@ def test_controller_pushes_the_joint_towards_the_deflection() -> None:
     assert (off.joints[0].command_V, off.tip_correction_rad) == (0.0, 0.0)
     again = controller.step(Inputs(1001, Mode.HOLDING, 0, (0.1, 1.2), 0.012, nan))
     assert abs(again.joints[0].command_V) < 1e-3
+
+
+@pytest.mark.parametrize(("deflection", "asked"), [(1e-4, 0.0232072), (0.012, None), (-0.012, None)])
+def test_friction_is_overcome_in_the_direction_of_the_correction(deflection: float, asked: float | None) -> None:
+    """0.0232 V·s/deg × 17.3 rad/s of the loaded link at 1.2 m, at most 0.6 of 22.8 mV of friction at 40 °C; none without a temperature."""
+
+    def volts(oil: tuple[float, ...]) -> float:
+        controller = Controller(_rig("deflection"))
+        rows = [Inputs(n, Mode.HOLDING, 0, (0.1, 1.2), deflection, nan, oil) for n in range(1000)]
+        return [controller.step(row).joints[0].command_V for row in rows][-1]
+
+    correction = 0.75 * deflection / 1.2
+    omega = (3 * 3556.75 / 1.2**3 / (20.41166 + 33 / 140 * 2.545698 * 1.2)) ** 0.5
+    expected = asked * 180 / pi * omega * correction if asked is not None else 0.6 * 0.0228 * (1 if correction > 0 else -1)
+    assert volts((40.0, nan)) - volts((nan, nan)) == pytest.approx(expected, rel=1e-3)
+
+
+def test_friction_gain_needs_a_friction() -> None:
+    text = load_rig(find("rigs", "ornl_testbed")).text
+    with pytest.raises(ConfigError, match=r"servo\.rotary\.oil_compensation"):
+        rig_from_text(apply_overrides(text, ["servo.rotary.oil_compensation=null"]))
 
 
 @pytest.mark.parametrize("source", ["deflection", "acceleration"])

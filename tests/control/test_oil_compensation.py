@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from itertools import pairwise
-from math import nan
+from math import nan, radians
 
 import pytest
 
@@ -48,6 +48,18 @@ def test_at_rest_friction_is_not_pushed_against() -> None:
     table = _table()
     table.measure(60.0)
     assert table.volts(0.0) == 0.0
+
+
+def test_a_feedback_gets_its_share_of_the_friction_and_gives_way_to_the_reference() -> None:
+    """0.06 V of friction, of which 0.6 is lent; none at 1 deg/s, half of it at half that rate."""
+    table = _table()
+    table.measure(60.0)
+    assert table.volts(0.0, 0.01) == pytest.approx(0.01)
+    assert table.volts(0.0, 1.0) == pytest.approx(0.6 * 0.06)
+    assert table.volts(0.0, -1.0) == pytest.approx(-0.6 * 0.06)
+    half, full = radians(0.5), radians(1.0)
+    assert table.volts(half, -1.0) - table.volts(half) == pytest.approx(-0.5 * 0.6 * 0.06)
+    assert table.volts(full, -1.0) == table.volts(full)
 
 
 def test_nothing_before_the_first_sample_and_the_last_one_is_kept_when_samples_are_lost() -> None:
@@ -94,7 +106,8 @@ def test_a_snapshot_continues_bit_for_bit() -> None:
 
 def test_which_signals_are_asked_for() -> None:
     assert temperature_signals(_rig()) == ("rotary.return_temperature", None)
-    assert temperature_signals(rig_from_text(TEXT)) == (None, None)
+    without = apply_overrides(TEXT, ["servo.rotary.oil_compensation=null", "end_point=null"])
+    assert temperature_signals(rig_from_text(without)) == (None, None)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,8 @@ from tuning.release import PRISMATIC
 from tuning.sine_test import SineTest, decibels, relative_to_eq4, rotary, velocity_response
 from tuning.variants import as_in_1997, with_link, with_servo, with_valve, without_effect
 
-ADAPTIVE = {"kind": "adaptive", "joints": ["rotary", "prismatic"]}
+ADAPTIVE: dict[str, object] = {"kind": "adaptive", "joints": ["rotary", "prismatic"]}
+WITHOUT_DELAY: dict[str, object] = {"kind": "zero_delay"}
 HZ = (0.5, 2.0, 5.0, 8.0, 12.0)
 # dB and degrees relative to Eq 4 at HZ, without valve hysteresis
 ROTARY = {
@@ -84,18 +85,35 @@ def test_holds_without_end_point_feedback(rig: Rig) -> None:
     assert rms_dB(shaped, coupled_run(plain, plan_line(plain, "paper_line"))) < -31.0
 
 
+LINES = ("paper_line", "paper_line_y30")
+ERRORS = (0.9, 1.0, 1.1)  # of the filter's frequency
+
+
+def _largest(rig: Rig, line: str, shaper: dict[str, object], payload: float, scale: float = 1.0, oil_C: float = 40.0) -> float:
+    """Largest hold (m/s²). `payload`: the true one over the believed one; `scale`: the filter's frequency over the believed one."""
+    true = with_link(rig, payload_kg=payload * 45 * 0.45359237)
+    return float(coupled_run(true, plan_line(rig, line, {**shaper, "frequency_scale": scale}), temperature_C=oil_C).hold_amplitudes.max())
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("line", ["paper_line", "paper_line_y30"])
+@pytest.mark.parametrize("line", LINES)
 def test_holds_as_shipped(rig: Rig, line: str) -> None:
-    """Adaptive filter on both joints: 0.05 m/s² in every hold, 0.1 with a frequency 10 % wrong, 0.12 with a payload 20 % wrong."""
-
-    def largest(payload: float, scale: float) -> float:
-        true = with_link(rig, payload_kg=payload * 45 * 0.45359237)
-        return float(coupled_run(true, plan_line(rig, line, {**ADAPTIVE, "frequency_scale": scale})).hold_amplitudes.max())
-
-    assert largest(1.0, 1.0) <= 0.05
-    assert max(largest(1.0, 0.9), largest(1.0, 1.1)) <= 0.1
-    assert max(largest(0.8, 1.0), largest(1.2, 1.0)) <= 0.12
+    """Adaptive filter on both joints: 0.05 m/s² in every hold, 0.1 with a frequency 10 % or a payload 20 % wrong, 36 dB below 1997."""
+    assert _largest(rig, line, ADAPTIVE, 1.0) <= 0.05
+    assert max(_largest(rig, line, ADAPTIVE, 1.0, scale) for scale in (0.9, 1.1)) <= 0.1
+    assert max(_largest(rig, line, ADAPTIVE, payload) for payload in (0.8, 1.2)) <= 0.1
     plain = as_in_1997(rig)
     shaped = coupled_run(rig, plan_line(rig, line, ADAPTIVE))
     assert rms_dB(shaped, coupled_run(plain, plan_line(plain, line))) < -36.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", LINES)
+def test_holds_without_delay(rig: Rig, line: str) -> None:
+    """`zero_delay` ends every move on time and leaves 0.05 m/s², 0.1 with frequency and payload both wrong; 0.05 in cold and hot oil."""
+    plan = plan_line(rig, line, WITHOUT_DELAY)
+    assert plan.flush_s == 0.0
+    assert plan.motion_end_s == plan_line(rig, line).motion_end_s
+    assert _largest(rig, line, WITHOUT_DELAY, 1.0) <= 0.05
+    assert max(_largest(rig, line, WITHOUT_DELAY, payload, scale) for payload in (0.8, 1.0, 1.2) for scale in ERRORS) <= 0.1
+    assert max(_largest(rig, line, WITHOUT_DELAY, 1.0, oil_C=oil_C) for oil_C in (20.0, 60.0)) <= 0.05
