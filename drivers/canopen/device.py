@@ -17,7 +17,7 @@ from drivers.contract import Quality, Sample
 EMERGENCY_ID = 0x080
 _BOOT_UP = 0
 _COMMUNICATION_ERRORS = (0x81, 0x82)  # classes of EMCY codes: we were silent, or spoke wrongly
-_START_LIMIT_S = 1.0  # added to three heartbeats
+_START_LIMIT_S = 0.4  # added to three heartbeats: a reset waits for it in the loop, and the unit's watchdog allows 1 s
 STALE_NS = 2_000_000  # two cycles at 1 kHz: a frame that answers the last SYNC is younger
 
 
