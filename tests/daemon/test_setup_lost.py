@@ -89,7 +89,7 @@ def bring_to(rig: LockstepRig, devices: dict[str, ForgetfulValve], mode: Mode) -
         if mode is not Mode.HOLDING:
             rig.start(JOG)
             rig.until(lambda: rig.mode is Mode.RUNNING)
-            rig.cycles(300)
+            rig.cycles(150)
         if mode is Mode.STOPPING:
             rig.post(Event.STOP)
             rig.cycles(3)
