@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -15,7 +15,7 @@ from config.errors import ManeuverError
 from config.rig import LinkMode, Rig
 from control.end_point import scheduled_gain
 from control.link_mode import LinkFrequency
-from tuning.amplitude_members import amplitude_members
+from tuning.amplitude_members import Measured, amplitude_members
 from tuning.closed_loop import Servo, least_damping, sampled_loop
 from tuning.describing_function import FrictionCompliance
 from tuning.exact_cycle import Cycle, ExactLoop
@@ -29,6 +29,7 @@ POUND_KG, INCH_M = 0.45359237, 0.0254
 UNLOADED = ((12.0, 0.0), (36.0, 0.0), (60.0, 0.0))
 LOADED = ((12.0, 45.0), (20.0, 45.0), (30.0, 45.0), (36.0, 45.0), (48.0, 45.0), (60.0, 45.0), (24.0, 75.0), (40.0, 75.0), (60.0, 75.0))
 WORKSPACE = UNLOADED + LOADED
+PAYLOADS_LB = (0.0, 15.0, 45.0, 75.0)
 DAMPING_JOINT_ONLY, DAMPING_WITH_TIP = 0.002, 0.015
 STIFF_HZ = 15.0  # a link above this is no concern of the joint, as long as it keeps
 OWN_DAMPING_KEPT = 0.002  # of its 0.005
@@ -52,6 +53,7 @@ class Place:
 class ArmDesign:
     """The lag-lead found and the best pure gain under the same demands; `chosen` is the stiffer one, `hunting` its cycles with friction."""
 
+    problem: Problem
     lag_lead: Design
     pure_gain: Design
     chosen: Design
@@ -69,14 +71,29 @@ def arm_problem(rig: Rig, tip_gain: float, demands: Demands | None = None) -> Pr
         raise ManeuverError(
             "the design needs an arm with a flexible link and its plant", value=rig.arm.kind, where=rig.name, next_step=advice
         )
-    period_s = 1.0 / rig.loop.rate_Hz
-    rigid = [linear_arm(rig, inches * INCH_M, pounds * POUND_KG, rigid=True) for inches, pounds in UNLOADED]
-    places = [_place(rig, rig.link_mode, inches * INCH_M, pounds * POUND_KG) for inches, pounds in WORKSPACE]
-    linear = (partial(_position, arm, gain, 1.5 * period_s) for arm, gain in product(rigid, GAINS))
-    plants: tuple[PlantResponse, ...] = (*linear, *amplitude_members(rig, 1.5 * period_s))
+    plants = (*_rigid_plants(rig, [inches for inches, _ in UNLOADED]), *amplitude_members(rig, 1.5 / rig.loop.rate_Hz))
     roll_off_Hz = (rig.end_point or EndPoint()).roll_off_Hz
-    damping = partial(worst_damping, places, period_s)
-    return Problem(plants, demands or Demands(), tip_gain, roll_off_Hz, damping, DAMPING_WITH_TIP if tip_gain > 0.0 else DAMPING_JOINT_ONLY)
+    least = DAMPING_WITH_TIP if tip_gain > 0.0 else DAMPING_JOINT_ONLY
+    return Problem(plants, demands or Demands(), tip_gain, roll_off_Hz, _damping(rig, rig.link_mode, WORKSPACE), least)
+
+
+def problem_at(problem: Problem, rig: Rig, inches: float) -> Problem:
+    """The same problem at one extension (in): its inertia and its link modes, every amplitude."""
+    assert rig.link_mode is not None
+    measured: list[PlantResponse] = [plant for plant in problem.plants if isinstance(plant, Measured)]
+    plants = (*_rigid_plants(rig, [inches]), *measured)
+    return replace(problem, plants=plants, damping=_damping(rig, rig.link_mode, [(inches, pounds) for pounds in PAYLOADS_LB]))
+
+
+def _rigid_plants(rig: Rig, extensions_in: Sequence[float]) -> list[PlantResponse]:
+    """The empty arm with a link that does not bend, over the family's gains."""
+    arms = [linear_arm(rig, inches * INCH_M, 0.0, rigid=True) for inches in extensions_in]
+    return [partial(_position, arm, gain, 1.5 / rig.loop.rate_Hz) for arm, gain in product(arms, GAINS)]
+
+
+def _damping(rig: Rig, link: LinkMode, workspace: Sequence[tuple[float, float]]) -> Callable[[Servo], float]:
+    places = [_place(rig, link, inches * INCH_M, pounds * POUND_KG) for inches, pounds in workspace]
+    return partial(worst_damping, places, 1.0 / rig.loop.rate_Hz)
 
 
 def _place(rig: Rig, link: LinkMode, extension_m: float, payload_kg: float) -> Place:
@@ -91,14 +108,15 @@ def _position(arm: LinearArm, gain: float, delay_s: float, omega: Floats) -> Com
 
 
 def worst_damping(places: Sequence[Place], period_s: float, servo: Servo) -> float:
-    """Smallest damping ratio of any mode at any place and any gain of the family; light places count when they lose their own damping."""
+    """Smallest damping ratio of any mode at any place and any gain of the family; light places only count when they lose their own
+    damping: infinite when none is left."""
     found = []
     for place, gain in product(places, GAINS):
         scheduled = Servo(servo.gain * gain, servo.sections, servo.tip_gain * place.tip_share, servo.roll_off_Hz)
         damping = least_damping(sampled_loop(place.arm, scheduled, period_s), period_s)
         if not (place.light and damping > OWN_DAMPING_KEPT):
             found.append(damping)
-    return min(found)
+    return min(found, default=inf)
 
 
 def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: int = EFFORT, largest_cycle: float = inf) -> ArmDesign:
@@ -114,7 +132,7 @@ def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: in
         found = search(problem, effort=effort)
     allowed = _cycle_size(found.servo) <= largest_cycle
     chosen = found if allowed and found.stiffness_gain_dB > pure.stiffness_gain_dB else pure
-    return ArmDesign(found, pure, chosen, hunting(chosen.servo))
+    return ArmDesign(problem, found, pure, chosen, hunting(chosen.servo))
 
 
 def _cycle_size(servo: Servo) -> float:
@@ -128,7 +146,12 @@ def hunting(servo: Servo) -> tuple[Cycle | None, ...]:
     return tuple(ExactLoop(loop, FrictionCompliance.of_ratio(ratio)).march(1.0) for ratio in HUNTING_RATIOS)
 
 
-def as_overrides(servo: Servo) -> list[str]:
-    """What `config.overrides.apply_overrides` needs to put the servo into a rig file."""
+def as_overrides(servo: Servo, schedule: Sequence[tuple[float, float]] = ()) -> list[str]:
+    """What `config.overrides.apply_overrides` needs to put the servo into a rig file; `schedule`: (extension in inches, factor)."""
     sections = ", ".join(f"{{zero: {zero:.6g} rad/s, pole: {pole:.6g} rad/s}}" for zero, pole in servo.sections)
-    return [f"servo.rotary.gain={servo.gain / degrees(1.0):.6g} V/deg", f"servo.rotary.sections=[{sections}]"]
+    points = ", ".join(f"{{extension: {inches:g} in, factor: {factor:.4g}}}" for inches, factor in schedule)
+    return [
+        f"servo.rotary.gain={servo.gain / degrees(1.0):.6g} V/deg",
+        f"servo.rotary.sections=[{sections}]",
+        f"servo.rotary.gain_schedule=[{points}]",
+    ]

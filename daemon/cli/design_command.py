@@ -26,27 +26,37 @@ def register(commands: Any) -> None:
         "--largest-cycle", type=float, default=inf, metavar="SHARE", help="allowed hunting, as share of the friction's deflection"
     )
     parser.add_argument("--effort", type=int, default=25, help="generations of the search")
+    parser.add_argument("--schedule", action="store_true", help="let the gain rise where the arm is shorter, as far as the demands allow")
+    parser.add_argument("--picture", type=Path, metavar="PICTURE.png", help="sensitivities and stiffness over the whole family")
     parser.add_argument("-o", "--output", type=Path, metavar="RIG.yaml", help="write the rig file with the compensator found")
     add_json_option(parser)
     parser.set_defaults(run_command=_design)
 
 
 def _design(arguments: argparse.Namespace) -> int:
-    from tuning.arm_design import ArmDesign, as_overrides, design  # scipy.optimize is only loaded for this command
+    from tuning.arm_design import ArmDesign, as_overrides, design  # scipy.optimize and matplotlib are only loaded for this command
+    from tuning.design_picture import design_picture
+    from tuning.gain_schedule import gain_schedule
 
     loaded = load_rig(arguments.rig)
     own = loaded.rig.end_point.gain if loaded.rig.end_point is not None else 0.0
     tip_gain = own if arguments.tip_gain is None else arguments.tip_gain
     found: ArmDesign = design(loaded.rig, tip_gain, effort=arguments.effort, largest_cycle=arguments.largest_cycle)
-    overrides = as_overrides(found.chosen.servo)
+    schedule = gain_schedule(loaded.rig, found.problem, found.chosen.servo) if arguments.schedule else []
+    overrides = as_overrides(found.chosen.servo, schedule)
     if arguments.output:
         text = apply_overrides(loaded.text, overrides)
         rig_from_text(text, str(arguments.output))
         arguments.output.write_text(text, encoding="utf-8")
+    if arguments.picture:
+        design_picture(found, arguments.picture)
     if arguments.json:
-        print(json.dumps({**dataclasses.asdict(found), "pure_gain_wins": found.pure_gain_wins, "overrides": overrides}))
+        designs = {name: dataclasses.asdict(getattr(found, name)) for name in ("lag_lead", "pure_gain", "chosen")}
+        hunting = [dataclasses.asdict(cycle) if cycle is not None else None for cycle in found.hunting]
+        answer = {**designs, "hunting": hunting, "pure_gain_wins": found.pure_gain_wins, "schedule": schedule, "overrides": overrides}
+        print(json.dumps(answer))
     else:
-        print("\n".join([*_lines(loaded.rig, found), "", *(f"  --set {line!r}" for line in overrides)]))
+        print("\n".join([*_lines(loaded.rig, found), *_schedule_lines(schedule), "", *(f"  --set {line!r}" for line in overrides)]))
     return 0
 
 
@@ -64,3 +74,7 @@ def _lines(rig: Rig, found: Any) -> list[str]:
         text = "none" if cycle is None else f"{cycle.frequency_Hz:.2f} Hz, {cycle.load_amplitude:.3f} of the friction's deflection"
         lines.append(f"  hunting with H_s/H_c = {ratio}: {text}")
     return lines
+
+
+def _schedule_lines(schedule: list[tuple[float, float]]) -> list[str]:
+    return ["  gain by extension: " + ", ".join(f"{inches:g} in x {factor:.2f}" for inches, factor in schedule)] if schedule else []
