@@ -16,6 +16,7 @@ from config.maneuver import maneuver_content
 from config.rig import Rig
 from config.shipped import shipped
 from control.signals import Mode
+from daemon.caller import hung_up
 from daemon.checks import Check, Reaction
 from daemon.command import NOT_SET_UP, Command
 from daemon.facts import Facts
@@ -137,8 +138,11 @@ class Desk:
     async def start(self, params: dict[str, Any]) -> dict[str, Any]:
         """Plan and check the run here, then announce it. Answers before the countdown begins.
 
-        With `settle_s` it waits until the arm is at rest, at most so long; refused with what still moves, or when it was stopped meanwhile.
+        With `settle_s` it waits until the arm is at rest, at most so long; refused with what still moves, or when it was stopped or its
+        client hung up meanwhile. One start at a time: a second one would begin when nobody expects it.
         """
+        if self._starting.locked():
+            raise DaemonError("another start is being prepared", next_step="Wait for it, or `longreach stop`.")
         async with self._starting:
             if "settle_s" in params:
                 await self._settle(params.pop("settle_s"))
@@ -151,6 +155,8 @@ class Desk:
         while self._mode() is Mode.HOLDING and (moving := " ".join(not_at_rest(self._for_start, self._values()))):
             if self._stops != stops:
                 raise DaemonError("start refused: it was stopped while it waited for the arm to be at rest")
+            if hung_up():
+                raise DaemonError("start cancelled: who asked for it hung up while it waited for the arm to be at rest")
             if time.monotonic() >= limit:
                 raise DaemonError(f"start refused: the arm is not at rest after a wait of {settle_s:g} s", next_step=moving)
             await asyncio.sleep(SETTLE_LOOK_S)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from config.errors import DaemonError
+from daemon.caller import connected_while_not
 from daemon.protocol import MAX_LINE_BYTES, error_line, parse_request, request_id_of, result_line
 
 Methods = Mapping[str, Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]]
@@ -42,6 +43,7 @@ def _give_to(path: Path, group: str) -> None:
 
 
 async def _client(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, methods: Methods) -> None:
+    connected_while_not(reader.at_eof)
     with suppress(ConnectionError):
         while line := await _line(reader, writer):
             writer.write(await answer(line, methods))

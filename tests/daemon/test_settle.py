@@ -1,4 +1,4 @@
-"""A run that waits for the arm to be at rest: the number against a sine of known rms, the wait, its limit and its end by a stop."""
+"""A run that waits for rest: the number against a sine of known rms, the wait, its limit, its end by a stop or a hang-up."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ from rigs import JOG, RIG, simple_rig
 from simple_device import SimpleDevice
 
 from config.errors import DaemonError
+from control.signals import Mode
 from daemon.cli.motion_commands import _tell_waiting
 from daemon.facts import SWING_FACT, Facts
+from daemon.protocol import VERSION, encode
+from daemon.socket_server import serve
 from daemon.swing import Swing
 from recording.fields import field_of_signal
 from recording.layout import CycleLayout
@@ -105,6 +108,32 @@ def test_a_stop_ends_the_wait(tmp_path: Path) -> None:
     with simple_rig(tmp_path) as (rig, device):
         swinging(device, decaying(2.0, 1e6))
         asyncio.run(both(held(rig)))
+
+
+def test_a_client_that_hangs_up_while_it_waits_has_no_motion_afterwards(tmp_path: Path) -> None:
+    """Over the socket: the connection is closed while the arm swings; then the arm comes to rest, and nothing starts."""
+
+    async def ask_and_leave(office: Office, swings: list[float]) -> None:
+        server = await serve(tmp_path / "s", None, {"start": office.desk.start})
+        _, writer = await asyncio.open_unix_connection(tmp_path / "s")
+        writer.write(encode({"v": VERSION, "id": 1, "method": "start", "params": {**JOG, "settle_s": 600.0, "countdown_s": 0.0}}))
+        while not office.desk._starting.locked():
+            await REAL_SLEEP(0)
+        with pytest.raises(DaemonError, match="another start is being prepared"):
+            await office.desk.start({**JOG})
+        writer.close()
+        while office.desk._starting.locked():
+            await REAL_SLEEP(0)
+        server.close()
+        swings.append(0.0)
+
+    with simple_rig(tmp_path) as (rig, device):
+        swings = [2.0]
+        swinging(device, iter(lambda: swings[-1], None))
+        asyncio.run(ask_and_leave(held(rig), swings))
+        rig.cycles(5 * HZ)
+        assert rig.value(SWING_FACT) < rig.rig.interlocks.start_swing_max_m_per_s2
+        assert rig.mode is Mode.HOLDING
 
 
 @pytest.mark.parametrize("settle_s", [-1, True, "5 s", 601, math.nan])
