@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 _FIELD_UNITS = {"temperature": ("_C", "degC"), "pressure": ("_Pa", "Pa"), "acceleration": ("_mps2", "m/s^2"), "deflection": ("_m", "m")}
 _TABLES = (".csv", ".txt", ".tsv")
 BRIDGED_ROWS = 3  # lost rows in a row over which a straight line is drawn; the plant moves on its own in longer gaps
+SHORTEST_PERIOD_S = 1e-4
 UNEVEN = 0.05  # of the period: samples further off the grid are moved onto it
 MOST_MISSING = 0.5  # share of the grid without a row, above which the rate itself is in doubt
 
@@ -96,6 +97,9 @@ def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> 
     t = _times(path, columns)
     steps = np.diff(t)
     period = _period(t)
+    if period < SHORTEST_PERIOD_S * (1 - UNEVEN):
+        advice = "Keep every second (third …) row: the simulation's delay lines hold 0.1 s at up to 10 kHz."
+        raise LogError("the log is sampled too fast", value=round(1 / period), limit=10_000, unit="Hz", where=str(path), next_step=advice)
     index = np.round((t - t[0]) / period).astype(np.int64)
     keep = np.concatenate([[True], np.diff(np.maximum.accumulate(index)) > 0])
     rows = int(index[keep][-1]) + 1

@@ -8,6 +8,7 @@ import axis_logs
 import numpy as np
 import pytest
 
+from config.errors import LogError
 from gap.evaluation import evaluate, mean_cost
 from gap.find import find
 from gap.measured import load
@@ -28,6 +29,12 @@ def test_the_gap_is_the_same_at_every_rate(tmp_path: Path, rate_Hz: int) -> None
         costs.append(mean_cost([evaluate(experiment, Model(rig, (), np.empty(0)), None)]))
     assert costs[0] == pytest.approx(1.0, abs=0.25)
     assert costs[1] > 100
+
+
+def test_faster_logs_are_refused(tmp_path: Path) -> None:
+    path = axis_logs.write(tmp_path / "log.csv", axis_logs.simulated(axis_logs.axis_rig(), 4, 0.2, 1 / 20_000))
+    with pytest.raises(LogError, match="too fast"):
+        load(path, axis_logs.axis_rig())
 
 
 @pytest.mark.slow
