@@ -9,16 +9,15 @@ import argparse
 import json
 import os
 import secrets
-import subprocess
+import signal
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import gap
 from blind.cases import Case, cases, sizes
-from blind.one_case import Work, finder_digest, run_case
+from blind.one_case import Work, commit, finder_digest, run_case
 from blind.page import write_page
 from blind.score import score
 from blind.seal import HASH, seal, unseal
@@ -31,6 +30,7 @@ DEVELOPMENT_SEED = 900_000
 def main() -> int:
     """Exit 0; 130 when interrupted (what is done is kept)."""
     arguments = _arguments()
+    signal.signal(signal.SIGTERM, _interrupt)  # a study that is stopped leaves its page
     study: Path = arguments.study
     if not (study / HASH).exists():
         master = DEVELOPMENT_SEED if arguments.development else secrets.randbits(48)
@@ -47,6 +47,10 @@ def main() -> int:
         if not arguments.development:
             write_page(study, unseal(study), results(study))
     return 0
+
+
+def _interrupt(_number: int, _frame: object) -> None:
+    raise KeyboardInterrupt
 
 
 def _arguments() -> argparse.Namespace:
@@ -91,6 +95,8 @@ def _run(study: Path, every: Sequence[Case], arguments: argparse.Namespace) -> N
             for number, result in each(pool, run_case, work):
                 minutes = (time.monotonic() - start) / 60
                 print(f"{minutes:5.1f} min  {_line(some[number], result, arguments.development)}", flush=True)
+            if not arguments.development:
+                write_page(study, every, results(study))
 
 
 def _line(case: Case, result: dict[str, Any], tell_answer: bool) -> str:
@@ -104,13 +110,6 @@ def _line(case: Case, result: dict[str, Any], tell_answer: bool) -> str:
     gap = result["gap"] or {}
     costs = " → ".join(f"{gap[k]:.3g}" for k in ("holdout_before", "holdout_refit", "holdout_after") if k in gap)
     return f"{text}; {case.group} x{case.multiple:g} form {case.setting.friction_form:g}: {hidden}; {costs}; in set: {judged.in_set}"
-
-
-def commit() -> str:
-    """Commit of the checkout the search is from, or an empty string outside of one."""
-    where = Path(next(iter(gap.__path__)))
-    done = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=where, check=False)
-    return done.stdout.strip()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""Writes smallest_visible.json for a new study: what counts as one size of each effect.
+"""Writes smallest_visible.json for a new study: what counts as one size of each effect, for each form of friction, with and without
+chamber pressures.
 
-Where the rig file lacks the effect: what the search says it could just have named on an effect-free log of a development seed (LuGre
-friction, exact constants). Where the rig file has it: a tenth of its own value, so that ten sizes are the file without its entry.
+What the search says it could just have named on an effect-free log of a development seed, constants jittered. Of effects that the rig file
+has, what it says of the same signature without the entry.
 """
 
 from __future__ import annotations
@@ -9,69 +10,91 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES
-from blind.one_case import finder_digest
+from blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES, Case
+from blind.one_case import commit, finder_digest, rig_text
 from blind.truth.effects import EFFECTS
-from blind.truth.friction import BRISTLE
+from blind.truth.friction import BRISTLE, RIGID, SLIP
 from blind.truth.session import Setting, record
 from config.load import load_rig
 from gap.candidates import candidates
-from gap.find import find
+from gap.executor import each, executor
+from gap.find import search_gap
+from gap.measured import load
+from gap.screen import Remover
+from gap.search_state import Search
 from gap.settings import Settings
 
 DEVELOPMENT_SEED = 900_100
 AT_MOST = {"payload_error": 2.0, "inertia_error": 4.0}  # kg, kg m²; ten times that is as much as the arm carries
+OF_OWN = 0.3  # ten times that is three times as much as the rig has
 Place = tuple[str, str]
 
 
-def wanted() -> tuple[list[Place], list[Place]]:
-    """Places of effects that the rig file does not have, and of those it has."""
-    plant = load_rig(RIG).rig.plant
-    assert plant is not None
-    present = {(entry.effect, entry.where) for entry in plant.effects}
-    sized = [place for place in PLACES if place[0] not in BY_HAND]
-    return [p for p in sized if p not in present], [p for p in sized if p in present]
-
-
-def claimed(places: Sequence[Place]) -> list[dict[str, Any]]:
-    """What the search says it could just have seen on an effect-free log."""
-    rig = load_rig(RIG).rig
-    setting = Setting(DEVELOPMENT_SEED, (), False, BRISTLE)
+def measured(form: float, chambers: bool, seed: int) -> list[dict[str, Any]]:
+    """One size of every effect that is scaled, on one pair of effect-free logs."""
+    setting = Setting(seed, (), True, form, chambers)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        case = Case("development", "null", setting, (), 0.0, FIT, HOLDOUT)
         for take, (kinds, duration_s) in enumerate((FIT, HOLDOUT)):
-            record(rig, setting, kinds, duration_s, take, folder / f"{take}.csv")
-        logs = [folder / "0.csv"], [folder / "1.csv"]
-        content = find(RIG, *logs, folder / "out", lambda line: None, Settings(propose=False)).content
-    visible = {(item["effect"], item["where"]): item["smallest_visible"] or np.inf for item in content["not_seen"]}
-    return [from_claim(place, visible[place]) for place in places]
+            record(load_rig(RIG).rig, setting, kinds, duration_s, take, folder / f"{take}.csv")
+        (folder / "rig.yaml").write_text(rig_text(case))
+        loaded = load_rig(folder / "rig.yaml")
+        fit, holdout = ([load(folder / f"{take}.csv", loaded.rig)] for take in range(2))
+        found = search_gap(loaded, fit, holdout, lambda line: None, Settings(workers=1, propose=False))
+    claims = {(item["effect"], item["where"]): item["smallest_visible"] or np.inf for item in found.content["not_seen"]}
+    present = claims_of_present(found.state)
+    rows = [
+        from_claim(place, present.get(place, claims.get(place, np.inf)), place in present) for place in PLACES if place[0] not in BY_HAND
+    ]
+    return [row | {"form": form, "chambers": chambers} for row in rows]
 
 
-def from_claim(place: Place, visible: float) -> dict[str, Any]:
-    """One multiple: the claim, at most a tenth of the plausible range."""
-    rig = load_rig(RIG).rig
-    assert rig.plant is not None
-    found = next(c for c in candidates(rig, frozenset(rig.plant.sensors)) if (c.effect, c.where) == place)
-    free = found.free[0]
-    side = -1.0 if found.starts[0][0] < free.start else 1.0
-    limit = 0.9 * ((free.start - free.low) if side < 0 else (free.high - free.start))
-    one = side * min(abs(visible), 0.1 * limit, AT_MOST.get(place[0], np.inf))
-    return _size(place, one, free.start, limit) | {"claimed": visible if np.isfinite(visible) else None}
+def claims_of_present(state: Search) -> dict[Place, float]:
+    """The size at which each effect of the rig file would have been named, had it been missing: from the signature of its first number,
+    freed of what all others can do."""
+    model, found = state.current.model, dict[Place, float]()
+    assert model.rig.plant is not None
+    for number, entry in enumerate(model.rig.plant.effects):
+        first = next(iter(EFFECTS.get(entry.effect, {"": ""})))
+        mine = [k for k, free in enumerate(model.free) if free.path == ("effects", number, first)]
+        if mine:
+            others = [k for k in range(len(model.free)) if k != mine[0]]
+            less = replace(state.current, model=model.restricted(others), columns=tuple(c[others] for c in state.current.columns))
+            remover = Remover(less, state.costs)
+            row = remover.remove(remover.flat([c[mine[0]] for c in state.current.columns])[None, :])[0]
+            found[(entry.effect, entry.where)] = model.free[mine[0]].scale * float(np.sqrt(state.seen_at / max(float(row @ row), 1e-30)))
+    return found
 
 
-def own(place: Place) -> dict[str, Any]:
-    """One multiple: a tenth of the rig file's own value."""
+def from_claim(place: Place, visible: float, present: bool) -> dict[str, Any]:
+    """One multiple: the claim, at most a tenth of the plausible range; of effects that the rig file has at most 0.3 of its own value."""
     plant = load_rig(RIG).rig.plant
     assert plant is not None
-    entry = next(e for e in plant.effects if (e.effect, e.where) == place)
-    value = float(entry.model_dump()[next(iter(EFFECTS[place[0]]))])
-    return _size(place, 0.1 * value, 0.0, value)
+    less = plant.model_copy(update={"effects": tuple(e for e in plant.effects if (e.effect, e.where) != place)})
+    rig = load_rig(RIG).rig.model_copy(update={"plant": less})
+    found = next(c for c in candidates(rig, frozenset(plant.sensors)) if (c.effect, c.where) == place)
+    free = found.free[0]
+    side = -1.0 if found.starts[0][0] < free.start and not present else 1.0
+    limit = 0.9 * ((free.start - free.low) if side < 0 else (free.high - free.start))
+    neutral = 0.0 if present else free.start
+    one = side * min(abs(visible), 0.1 * limit, AT_MOST.get(place[0], np.inf), OF_OWN * own(place))
+    return _size(place, one, neutral, limit) | {"claimed": float(f"{visible:.4g}") if np.isfinite(visible) else None}
+
+
+def own(place: Place) -> float:
+    """The rig file's own value; infinite for effects it does not have."""
+    plant = load_rig(RIG).rig.plant
+    assert plant is not None
+    values = [e.model_dump()[next(iter(EFFECTS[place[0]]))] for e in plant.effects if (e.effect, e.where) == place]
+    return float(values[0]) if values else np.inf
 
 
 def _size(place: Place, visible: float, neutral: float, limit: float) -> dict[str, Any]:
@@ -87,11 +110,19 @@ def _size(place: Place, visible: float, neutral: float, limit: float) -> dict[st
 
 
 def main() -> int:
-    missing, present = wanted()
-    rows = [*claimed(missing), *(own(place) for place in present)]
-    rows.sort(key=lambda r: (r["effect"], r["where"]))
-    SIZES.write_text(json.dumps({"finder": finder_digest(), "seed": DEVELOPMENT_SEED, "sizes": rows}, indent=1) + "\n")
+    settings = [(form, chambers, DEVELOPMENT_SEED + k) for k, (form, chambers) in enumerate(product((SLIP, RIGID, BRISTLE), (False, True)))]
+    with executor(None, None) as pool:
+        parts = dict(each(pool, _measured, settings))
+    rows = [row for part in parts.values() for row in part]
+    rows.sort(key=lambda r: (r["effect"], r["where"], r["form"], r["chambers"]))
+    lines = ",\n  ".join(json.dumps(row) for row in rows)
+    head = json.dumps({"finder": finder_digest(), "commit": commit(), "seeds": [seed for _, _, seed in settings]})
+    SIZES.write_text(f'{head[:-1]},\n "sizes": [\n  {lines}\n ]\n}}\n')
     return 0
+
+
+def _measured(setting: tuple[float, bool, int]) -> list[dict[str, Any]]:
+    return measured(*setting)
 
 
 if __name__ == "__main__":

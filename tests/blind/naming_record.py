@@ -11,7 +11,7 @@ from gap.naming_record import RECORD
 
 
 def write_record(scores: Sequence[Score], digest: str, path: Path = RECORD) -> None:
-    """One line an effect and size. Nothing without single effects."""
+    """One line an effect and size. No file without single effects: an older study's tally is not this one's."""
     single = [s for s in scores if s.case.group == "single" and s.case.setting.hidden]
     cases = Counter((s.case.setting.hidden[0].effect, s.case.multiple) for s in single)
     good = Counter((s.case.setting.hidden[0].effect, s.case.multiple) for s in single if right(s))
@@ -19,8 +19,8 @@ def write_record(scores: Sequence[Score], digest: str, path: Path = RECORD) -> N
         f"  - {{effect: {effect}, multiple: {multiple:g}, right: {good[effect, multiple]}, cases: {count}}}\n"
         for (effect, multiple), count in sorted(cases.items())
     ]
-    if rows:
-        head = (
-            f"# Written by `make blind`; do not edit. Answers sealed with SHA-256 {digest}. Right: the name first or in its set.\ncases:\n"
-        )
-        path.write_text(head + "".join(rows))
+    if not rows:
+        path.unlink(missing_ok=True)
+        return
+    head = f"# Written by `make blind`; do not edit. Answers sealed with SHA-256 {digest}. Right: the name first or in its set.\ncases:\n"
+    path.write_text(head + "".join(rows))

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import re
+import subprocess
 import tempfile
 import time
 import traceback
@@ -45,6 +46,13 @@ def finder_digest() -> str:
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:10]
 
 
+def commit() -> str:
+    """Commit of the checkout the search is from, or an empty string outside of one."""
+    where = Path(next(iter(gap.__path__)))
+    done = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=where, check=False)
+    return done.stdout.strip()
+
+
 _DIGEST = finder_digest()  # of what this process has imported
 
 
@@ -53,7 +61,8 @@ def run_case(work: Work) -> dict[str, Any]:
     case = Case.from_json(work.case)
     with tempfile.TemporaryDirectory(prefix="blind-") as name:
         folder = Path(name)
-        result = _searched(case, folder, Settings(workers=work.threads)) | {"commit": work.commit}
+        settings = Settings(workers=work.threads, propose=case.group == "look_alike")
+        result = _searched(case, folder, settings) | {"commit": work.commit}
     path = Path(work.result)
     part = path.with_name(f".{path.name}.{os.getpid()}")
     part.write_text(json.dumps(result, indent=1) + "\n")

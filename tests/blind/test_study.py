@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from blind.__main__ import results, waiting
-from blind.cases import PLACES, Case, Size, cases, sizes
+from blind.cases import BY_HAND, FORMS, PLACES, Case, Size, cases, sizes
 from blind.one_case import finder_digest, rig_text
 from blind.page import write_page
 from blind.seal import published, seal, unseal
 from config.load import rig_from_text
 
-SIZES = {place: Size(0.01, 0.0, 1.0) for place in PLACES}
+SIZES = {(*place, form, chambers): Size(0.01, 0.0, 1.0) for place in PLACES for form in FORMS for chambers in (False, True)}
 
 
 def result(case: Case, finder: str) -> dict[str, Any]:
@@ -54,7 +55,7 @@ def test_page_shows_hash_counts_and_pictures(study: Path, tmp_path: Path) -> Non
     write_page(study, unseal(study), results(study), docs)
     text = (docs / "blind.md").read_text()
     assert published(study)[0] in text
-    assert "**40 of 670 cases run**" in text
+    assert "**40 of 646 cases run**" in text
     assert "None among the cases run" in text
     assert (docs / "pictures" / "blind_power.png").stat().st_size > 1000
     assert (docs / "pictures" / "blind_confusion.png").stat().st_size > 1000
@@ -74,4 +75,32 @@ def test_the_finder_gets_a_rig_without_the_hidden_effect() -> None:
 def test_sizes_cover_every_place_that_is_scaled() -> None:
     known = sizes()
     assert all(size.visible and abs(size.visible) <= size.limit for size in known.values())
+    wanted = {(*place, form, chambers) for place in PLACES if place[0] not in BY_HAND for form in FORMS for chambers in (False, True)}
+    assert set(known) == wanted
     assert len({case.truth[0] for case in cases(5, known) if case.group == "single"}) == len(PLACES)
+
+
+def test_a_study_that_is_stopped_early_has_run_cases_of_every_kind() -> None:
+    early = cases(5, SIZES)[:63]
+    single = [case for case in early if case.group == "single"]
+    assert Counter(case.group for case in early) == {"single": 30, "null": 15, "pair": 8, "out_of_library": 6, "look_alike": 4}
+    assert {case.truth[0] for case in single} == set(PLACES)
+    kinds = Counter((case.multiple, case.setting.chambers) for case in single)
+    assert set(kinds) == {(3.0, False), (3.0, True), (10.0, False), (10.0, True)}
+    assert min(kinds.values()) >= 7
+    assert {case.setting.friction_form for case in single[:4]} == set(FORMS)
+
+
+def test_every_effect_is_hidden_in_every_size_with_and_without_chamber_pressures() -> None:
+    single = [case for case in cases(5, SIZES) if case.group == "single"]
+    found = Counter((case.truth[0], case.multiple, case.setting.chambers) for case in single)
+    assert found == {(place, multiple, chambers): 3 for place in PLACES for multiple in (1.0, 3.0, 10.0) for chambers in (False, True)}
+
+
+def test_sizes_are_those_of_the_case_s_own_friction_and_sensors() -> None:
+    known = {key: Size(0.001 * (1 + key[2]) * (2 if key[3] else 1), 0.0, 1.0) for key in SIZES}
+    for case in cases(5, known):
+        if case.group == "single" and case.truth[0][0] not in BY_HAND:
+            setting = case.setting
+            expected = case.multiple * 0.001 * (1 + setting.friction_form) * (2 if setting.chambers else 1)
+            assert abs(setting.hidden[0].value) == pytest.approx(expected)
