@@ -19,7 +19,7 @@ from gap.sensitivity import projected, sensitivities
 from gap.simulate import simulate
 from gap.windows import Experiment
 
-_DAMPINGS = (0.0, 0.03, 0.3, 3.0, 30.0)
+_DAMPINGS = (0.0, 0.1, 3.0)
 INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard deviation, below which its sensitivity is not renewed
 CARRIES = 0.05  # of the largest share in a step's effect, below which a constant's sensitivity is not renewed either
 MOST_RENEWALS = 2  # of the sensitivities in one fit: more are spent on models that are wrong anyhow

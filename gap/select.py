@@ -17,6 +17,7 @@ from gap.turned import turned_trials
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
 CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
 MOST_EFFECTS = 4
+MOST = 0.8  # gain of a first trial after which candidates with hardly any signature of the gap need no fit
 HARDLY = 0.15  # of the best signature's share
 FIRST_WAVE = 4
 
@@ -43,11 +44,11 @@ def search(state: Search, tell: Tell) -> Search:
 
 def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> list[Trial]:
     """Fit the candidates that passed the screening, best signatures first; those that help most once more about their own states."""
-    kept, base = screening.kept(), state.base
+    kept, base, rough = screening.kept(), state.base, plain.rough
     most = max((s.share for s in kept), default=0.0)
 
     def first(signature: Signature) -> Trial:
-        trial = first_trial(plain, signature.candidate, signature.starts)
+        trial = first_trial(rough, signature.candidate, signature.starts)
         tell(f"  {trial.candidate.label}: hold-out {plain.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
         return trial
 
@@ -60,7 +61,7 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
 
     with ThreadPoolExecutor(state.workers) as pool:
         trials = list(pool.map(first, kept[:FIRST_WAVE]))
-        solved = any(trial.gain >= NEARLY_ALL for trial in trials)
+        solved = any(trial.gain >= MOST for trial in trials)
         trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
         best = max((trial.gain for trial in trials), default=0.0)
         strong = [trial for trial in trials if trial.gain >= max(0.5 * LEAST_GAIN, CONTENDER * best)]

@@ -16,13 +16,14 @@ from gap.initial_states import Projection, marginalised
 from gap.measured import Array
 from gap.model import Model
 from gap.sensitivity import projected
+from gap.thinned import thinned
 from gap.windows import Experiment
 from sim_backend.effects.registry import REGISTRY
 from sim_backend.layout import C
 
 FLOOR = 1.0
 LEAST_GAIN = 0.15  # of the remaining excess over the floor: less is within what constants and friction of another form can feign
-NEARLY_ALL = 0.9  # gain after which candidates with hardly any signature of the gap need no fit
+NEARLY_ALL = 0.9  # gain after which no other start or sign is tried
 STARTS = 2
 STEPS = 5
 
@@ -48,6 +49,12 @@ class Base:
         columns = tuple(projected(e, j) for e, j in zip(now, self.current.jacobian, strict=True))
         current = replace(self.current, evaluations=now, columns=columns)
         return replace(self, current=current, seen=tuple(_plain(e, self.costs) for e in self.seen))
+
+    @property
+    def rough(self) -> Base:
+        """The same with half of the windows to fit: enough to see which candidates are worth a fit to all of them."""
+        current, _ = thinned(self.current)
+        return replace(self, experiments=[e.experiment for e in current.evaluations], current=current)
 
 
 def _plain(now: Evaluation, costs: Costing) -> Evaluation:
@@ -87,20 +94,34 @@ def first_trial(base: Base, candidate: Candidate, starts: Sequence[Model]) -> Tr
 
 
 def own_trial(base: Base, trial: Trial, others: Sequence[Fit]) -> Trial:
-    """The same candidate with initial states marginalised about its own model, from its own constants and from those of `others`."""
+    """The same candidate with initial states marginalised about its own model, from its own constants and from those of `others`, once
+    with these held: fits with old sensitivities of the constants end a little beside the best place, and that costs votes."""
     model = trial.fit.model
     own = [marginalised(e, model.vector()) for e in base.experiments]
-    jacobian = _with_new(base.current, trial)
-    fits = [fit(model, base.experiments, base.costs, effects(model), jacobian, 3, own)]
+    fits = [fit(model, base.experiments, base.costs, effects(model), _with_new(base.current, model), 3, own)]
     for other in others:
         moved = model.with_theta(np.concatenate([other.model.theta, model.theta[len(other.model.theta) :]]))
-        fits.append(fit(moved, base.experiments, base.costs, effects(model), _with_new(other, trial), STEPS, own))
+        fits.append(fit(moved, base.experiments, base.costs, effects(model), _with_new(other, model), STEPS, own))
+        if effects(model):
+            fits.append(_effects_fitted(base, moved, other, own))
     return replace(_judged(base, trial.candidate, min(fits, key=lambda done: done.cost), None), own=True)
 
 
-def _with_new(known: Fit, trial: Trial) -> list[Array]:
-    """Sensitivities of the constants as known, of the candidate as in its trial."""
-    return [np.concatenate([old, new]) for old, new in zip(known.jacobian, trial.fit.jacobian, strict=True)]
+def _effects_fitted(base: Base, moved: Model, other: Fit, own: Sequence[Projection]) -> Fit:
+    """Only the effects fitted, the constants as they are in `other`, which has none of the effects."""
+    numbers = effects(moved)
+    done = fit(moved.restricted(numbers), base.experiments, base.costs, range(len(numbers)), None, STEPS, own)
+    theta = moved.theta.copy()
+    theta[numbers] = done.model.theta
+    columns = tuple(
+        np.concatenate([projected(e, known), new]) for e, known, new in zip(done.evaluations, other.jacobian, done.columns, strict=True)
+    )
+    return Fit(moved.with_theta(theta), done.evaluations, tuple(_with_new(other, moved)), columns, done.objective)
+
+
+def _with_new(known: Fit, model: Model) -> list[Array]:
+    """Sensitivities of the constants as known, with room for those of the candidate."""
+    return [_grown(columns, len(model.free)) for columns in known.jacobian]
 
 
 def effects(model: Model) -> list[int]:
@@ -115,7 +136,7 @@ def excess(cost: float) -> float:
 
 def _fitted(base: Base, model: Model) -> Fit:
     origin = base.current
-    jacobian = [_grown(columns, len(model.free)) for columns in origin.jacobian]
+    jacobian = _with_new(origin, model)
     known = [e.projection for e in origin.evaluations] if _same_states(base, model) else None
     new = model.of_effect(model.added[-1])
     return fit(model, base.experiments, base.costs, new, jacobian, STEPS, known)
