@@ -28,7 +28,7 @@ from sim_backend.layout import (
 from sim_backend.link import damping_factor
 from sim_backend.rates import rates
 from sim_backend.sensors import follow_sensors, raw_counts, true_signals
-from sim_backend.thermal import temperature_terms, thermal_step
+from sim_backend.thermal import temperature_terms, thermal_step, thinning
 from sim_backend.valve import spool_command
 from sim_backend.work import LINK_DAMPING, SIGNAL_START, W_STRIDE, W
 
@@ -113,9 +113,10 @@ def runge_kutta_step(x: Vector, p: Vector, w: Vector, y: Vector, d: Vector, tota
 @compiled
 def hold_terms(x: Vector, p: Vector, w: Vector) -> None:
     """Coefficients that hold for one control period: what temperature does, and the link's damping at its present length."""
+    thinner = thinning(x[H.OIL], p)
     for slot in range(SLOTS):
         if p[J_START + slot * J_STRIDE + J.KIND] > 0.0:
-            temperature_terms(x, p, J_START + slot * J_STRIDE, w, slot * W_STRIDE)
+            temperature_terms(x[H.OIL], thinner, p, J_START + slot * J_STRIDE, w, slot * W_STRIDE)
     if p[C.ARM] > 0.0:
         w[LINK_DAMPING] = damping_factor(x[D_STRIDE + D.POSITION], p)
 

@@ -20,10 +20,15 @@ def viscosity_cSt(temperature_C: float, p: Vector) -> float:
 
 
 @compiled
-def temperature_terms(x: Vector, p: Vector, j: int, w: Vector, k: int) -> None:
-    """Write the coefficients of one slot at the present oil temperature into the work vector."""
-    warmer = x[H.OIL] - REFERENCE_C
-    thinner = viscosity_cSt(REFERENCE_C, p) / viscosity_cSt(x[H.OIL], p) if p[C.WALTHER_A] > 0.0 else 1.0
+def thinning(temperature_C: float, p: Vector) -> float:
+    """Viscosity at the reference temperature over that at this one; 1 without oil."""
+    return viscosity_cSt(REFERENCE_C, p) / viscosity_cSt(temperature_C, p) if p[C.WALTHER_A] > 0.0 else 1.0
+
+
+@compiled
+def temperature_terms(temperature_C: float, thinner: float, p: Vector, j: int, w: Vector, k: int) -> None:
+    """Write the coefficients of one slot at the present oil temperature into the work vector; `thinner`: thinning() there."""
+    warmer = temperature_C - REFERENCE_C
     w[k + W.LIQUID] = p[C.BULK_MODULUS] * (1.0 + p[j + J.BULK_SLOPE] * warmer)
     w[k + W.HOSE] = p[j + J.HOSE_COMPLIANCE] / (1.0 + p[j + J.HOSE_SLOPE] * warmer)
     w[k + W.CROSS] = p[j + J.CROSS_LEAKAGE] * thinner
