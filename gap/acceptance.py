@@ -54,8 +54,7 @@ def _refit(state: Search, start: Fit, tell: Tell) -> None:
     best = own if own.cost < start.cost else start
     vector = best.model.vector()
     state.experiments = [remembering(e, vector) for e in state.experiments]
-    known = [e.projection for e in best.evaluations]
-    done = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, known, CONVERGED)
+    done = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, enough=CONVERGED)
     state.current, state.costs = settled(done, state.experiments, state.costs, REFIT_STEPS)
     state.seen = tuple(evaluate(e, state.current.model, state.costs) for e in state.holdouts)
     tell(f"hold-out: {state.cost:.4g} noise floors")
