@@ -20,6 +20,7 @@ MOST_EFFECTS = 4
 MOST = 0.8  # gain of a first trial after which candidates with hardly any signature of the gap need no fit
 HARDLY = 0.15  # of the best signature's share
 FIRST_WAVE = 4
+LEADING = 2  # best signatures that are fitted about their own states whatever their first trial gave, which holds friction's form known
 
 
 def search(state: Search, tell: Tell) -> Search:
@@ -64,7 +65,9 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
         solved = any(trial.gain >= MOST for trial in trials)
         trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
         best = max((trial.gain for trial in trials), default=0.0)
-        strong = [trial for trial in trials if trial.gain >= max(0.5 * LEAST_GAIN, CONTENDER * best)]
+        leading = [] if solved else [s.candidate.label for s in kept[:LEADING]]
+        enough = max(0.5 * LEAST_GAIN, CONTENDER * best)
+        strong = [trial for trial in trials if trial.gain >= enough or trial.candidate.label in leading]
         weak = [trial for trial in trials if all(trial is not other for other in strong)]
         trials = [*weak, *pool.map(again, strong)]
     if any(trial.gain >= NEARLY_ALL for trial in trials):
