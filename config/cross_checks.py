@@ -153,7 +153,7 @@ def _end_point(tree: YamlTree) -> Iterator[Problem]:
         )
     gain = ("end_point", "friction_gain")
     if tree.value(gain) is not None and tree.value(("servo", "rotary", "oil_compensation")) is None:
-        what = "end_point.friction_gain acts up to a share of the friction in servo.rotary.oil_compensation, which is not there"
+        what = "end_point.friction_gain acts on the friction in servo.rotary.oil_compensation, which is not there"
         yield tree.problem(gain, what, next_step="Add servo.rotary.oil_compensation, or remove friction_gain.")
 
 

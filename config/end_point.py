@@ -25,12 +25,12 @@ class EndPoint(Section):
     fade_s: float = quantity("s", "the feedback comes in over this time", 0.5, low=0.01, high=10)
     loss_fade_s: float = quantity("s", "the feedback goes out over this time when the signal is lost", 0.05, low=0.001, high=10)
     friction_gain: float = quantity(
-        "V*s/rad",
-        "volts per angle of the correction and angular frequency of the link, added while the reference rests, at most what "
-        "servo.rotary.oil_compensation allows",
+        "s/rad",
+        "share of the friction in servo.rotary.oil_compensation that is overcome while the reference rests, per angle of the correction "
+        "and angular frequency of the link; up to its feedback_share",
         0.0,
         low=0,
-        high=100,
+        high=1000,
     )
     acceleration_noise_m_per_s2: float = quantity("m/s^2", "of tip.acceleration, for the estimator", 0.02, low=1e-4, high=10)
 

@@ -46,7 +46,7 @@ class Controller:
         if feedback is not None and link is not None:
             self._end_point = EndPointFeedback(feedback, link, joints[self._prismatic].travel, self._period_s)
         self._corrections = [0.0] * len(joints)  # added to the joints' errors by the end-point feedback
-        self._pushes_V = [0.0] * len(joints)  # what it asks for against their friction
+        self._pushes = [0.0] * len(joints)  # shares of their friction that it wants to have overcome
         self._reference_rate = [0.0] * len(joints)
         self._engaged = False
         self._target = [nan] * len(joints)
@@ -86,7 +86,7 @@ class Controller:
         planned = (self._reference[self._prismatic], rates[self._prismatic], rates[self._rotary])
         tip = (inputs.tip_deflection_m, inputs.tip_acceleration_mps2)
         correction = end_point.step(tip, measured, planned)
-        self._corrections[self._rotary], self._pushes_V[self._rotary] = correction, end_point.push_V(correction)
+        self._corrections[self._rotary], self._pushes[self._rotary] = correction, end_point.push(correction)
 
     @property
     def _tip_correction(self) -> float:
@@ -95,7 +95,7 @@ class Controller:
     def _off(self) -> Outputs:
         if self._end_point is not None:
             self._end_point.release()
-            self._corrections[self._rotary] = self._pushes_V[self._rotary] = 0.0
+            self._corrections[self._rotary] = self._pushes[self._rotary] = 0.0
         self._engaged = False
         self._motion = None
         outputs = []
@@ -143,14 +143,14 @@ class Controller:
         if reference != motion.reference[j]:
             rate = clamp(rate, -limit.rate_limit, limit.rate_limit) if limit.low < reference < limit.high else 0.0
         self._target[j], self._reference[j], self._reference_rate[j] = motion.target[j], reference, rate
-        servo.step(reference, rate, motion.volts[j], self._corrections[j], self._pushes_V[j])
+        servo.step(reference, rate, motion.volts[j], self._corrections[j], self._pushes[j])
         return JointOutput(motion.target[j], motion.target_rate[j], reference, rate, servo.velocity, servo.command_V)
 
     def _hold(self, inputs: Inputs) -> Outputs:
         outputs = []
         for j, servo in enumerate(self._servos):
             self._reference_rate[j] = 0.0
-            servo.step(self._reference[j], 0.0, 0.0, self._corrections[j], self._pushes_V[j])
+            servo.step(self._reference[j], 0.0, 0.0, self._corrections[j], self._pushes[j])
             outputs.append(JointOutput(self._target[j], 0.0, self._reference[j], 0.0, servo.velocity, servo.command_V))
         finished = inputs.mode == Mode.RUNNING and inputs.run == self._started_run and inputs.run != 0
         return Outputs(tuple(outputs), 0, finished, inputs.mode == Mode.STOPPING, self._tip_correction)

@@ -2,7 +2,7 @@
 
     w_f += (1 − e^{−2π f_r T}) (w − ŵ − w_f);   correction = g(L) · w_f / L   is added to the rotary error
 
-While the reference rests, a part of the joint's friction is overcome in the direction of the correction as well (`push_V`).
+While the reference rests, a part of the joint's friction is overcome in the direction of the correction as well (`push`).
 ŵ is the deflection that the reference motion causes by itself (`control.expected_deflection`).
 
 With a rate-type joint this damps the first mode for every joint gain; the second mode has the wrong sign where payload is small or
@@ -88,8 +88,8 @@ class EndPointFeedback:
         gain = scheduled_gain(self._settings, self._omega / (2.0 * pi))
         return self._fade * gain * self._filtered_m / length
 
-    def push_V(self, correction: float) -> float:
-        """Volts against the friction of a resting joint for the correction (rad) of this cycle, before the servo limits them.
+    def push(self, correction: float) -> float:
+        """Share of the friction of a resting joint to be overcome for the correction (rad) of this cycle, before the servo limits it.
 
         A joint in the grip of its friction does not follow small corrections: the link would ring on below about 0.5 m/s². Volts that
         leave less than the friction can hold cannot turn the joint by themselves, they only make it follow. In a joint that stands the

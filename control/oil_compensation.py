@@ -1,6 +1,6 @@
 """Feed-forward after the measured oil temperature: thin oil leaks more while the same friction has to be overcome.
 
-    u = k_ff · f(T) · v + s(T) · c + (1 − |c|) · clamp(push, share · s(T)) + b(T),    c = clamp(v / v_full)
+    u = k_ff · f(T) · v + s(T) · [c + (1 − |c|) · clamp(push, share)] + b(T),    c = clamp(v / v_full)
 
 f, s, b: tables over T, which is low-passed; v: the reference's rate; push: what a feedback asks for, see `control.end_point`.
 
@@ -51,16 +51,20 @@ class OilCompensation:
         self.temperature_C = before + self._share * (temperature_C - before)
         self._values = self._at(self.temperature_C)
 
-    def volts(self, reference_rate: float, push_V: float = 0.0) -> float:
-        """Added to the command for this reference rate (rad/s or m/s). `push_V`: what a feedback asks for against friction, limited here
-        to its share; it gives way to the reference, the more the faster that moves.
+    @property
+    def friction_V(self) -> float:
+        """At the temperature measured."""
+        return self._values[1]
+
+    def volts(self, reference_rate: float, push: float = 0.0) -> float:
+        """Added to the command for this reference rate (rad/s or m/s). `push`: share of the friction that a feedback wants to have
+        overcome, with its sign; it is limited here, and gives way to the reference, the more the faster that moves.
         """
         slope, friction, _ = self._values
         direction = clamp(reference_rate / self._full_rate, -1.0, 1.0)
         volts = slope * reference_rate + friction * direction
-        if push_V != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without it re-execute bit for bit
-            largest_V = self._feedback_share * abs(friction)
-            volts += (1.0 - abs(direction)) * clamp(push_V, -largest_V, largest_V)
+        if push != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without it re-execute bit for bit
+            volts += max(friction, 0.0) * (1.0 - abs(direction)) * clamp(push, -self._feedback_share, self._feedback_share)
         return volts
 
     def _at(self, temperature_C: float) -> tuple[float, float, float]:

@@ -89,8 +89,8 @@ class JointServo:
         self._rate_before = 0.0
         self._dither = abs(self._dither)
 
-    def step(self, reference: float, reference_rate: float, excitation_V: float, correction: float = 0.0, push_V: float = 0.0) -> None:
-        """One cycle; the result is in `command_V`. `correction` and `push_V` come from the end-point feedback."""
+    def step(self, reference: float, reference_rate: float, excitation_V: float, correction: float = 0.0, push: float = 0.0) -> None:
+        """One cycle; the result is in `command_V`. `correction` and `push` come from the end-point feedback."""
         error = reference - self.position
         if correction != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without feedback re-execute bit for bit
             error += correction
@@ -99,7 +99,7 @@ class JointServo:
         inside = self._travel[0] <= self.position <= self._travel[1]
         wanted = self._compensator.step(error) + self._feedforward * reference_rate + self._bias + (excitation_V if inside else 0.0)
         if self._oil is not None:
-            wanted += self._oil.volts(reference_rate, push_V)
+            wanted += self._oil.volts(reference_rate, push)
         if self._acceleration_gain != 0.0:
             wanted += self._acceleration_gain * (reference_rate - self._rate_before)
             self._rate_before = reference_rate

@@ -16,12 +16,16 @@ from tuning.transfer import Complexes, Floats
 
 @dataclass(frozen=True, slots=True)
 class Servo:
-    """Gain in V/rad, sections as (zero, pole) in rad/s, gain of the reflected tip and corner of its low-pass (0: no low-pass)."""
+    """Gain in V/rad, sections as (zero, pole) in rad/s, gain of the reflected tip and corner of its low-pass (0: no low-pass).
+
+    `push`: V per rad of the tip's correction that do not pass the sections, against the friction of a resting joint; sampled loops only.
+    """
 
     gain: float
     sections: tuple[tuple[float, float], ...] = ()
     tip_gain: float = 0.0
     roll_off_Hz: float = 15.0
+    push: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +94,7 @@ def sampled_loop(arm: LinearArm, servo: Servo, period_s: float, delay_periods: i
         output = b0 * signal + now[i]
         total[i] = b1 * signal - a1 * output
         signal = output
+    signal = signal + servo.push * servo.tip_gain / arm.extension_m * filtered
     for i in range(size - delay_periods, size):
         total[i] = signal
         signal = now[i]
@@ -98,7 +103,7 @@ def sampled_loop(arm: LinearArm, servo: Servo, period_s: float, delay_periods: i
     return total
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=512)
 def _held(arm: LinearArm, period_s: float) -> tuple[Floats, Floats]:
     """Transition over one period with the command held."""
     n = len(arm.b)

@@ -13,6 +13,7 @@ import numpy as np
 from config.rig import Rig
 from sim_backend import kernel
 from sim_backend.layout import D_STRIDE, DIFFERENTIAL, C, D, J, Vector, X
+from sim_backend.parameters import Parameters
 from sim_backend.plant import SimulatedRig
 from sim_backend.rates import rates
 from sim_backend.work import WORK, W
@@ -49,12 +50,14 @@ def linear_arm(
     temperature_C: float | None = None,
     *,
     rigid: bool = False,
+    stuck: bool = False,
     link_damping: bool = True,
     valve_lag: bool = True,
 ) -> LinearArm:
     """Linearise the rig's plant at rest. `payload_kg`, `temperature_C`: those of the rig when not given.
 
-    `rigid`: the link does not bend; `link_damping`, `valve_lag` False: without them, for closed forms that leave them out.
+    `rigid`: the link does not bend; `stuck`: the joint is held by the bristles of its friction.
+    `link_damping`, `valve_lag` False: without them, for closed forms that leave them out.
     """
     plant = SimulatedRig(rig)
     values = plant.parameters.values
@@ -73,6 +76,8 @@ def linear_arm(
     plant.state[D_STRIDE + D.VELOCITY] = 0.0
     full_scale = values[joint(J.FULL_SCALE, ROTARY)]
     a, b = jacobians(plant.state, values)
+    if stuck:
+        _hold(a, values, plant.parameters)
     keep = [i for i, state in enumerate(STATES) if not (rigid and isinstance(state, X))]
     a, b = a[np.ix_(keep, keep)], b[keep] / full_scale
     position, deflection = np.zeros(len(keep)), np.zeros(len(keep))
@@ -80,6 +85,15 @@ def linear_arm(
     if not rigid:
         deflection[STATES.index(X.SHAPE_1)] = 1.0
     return LinearArm(a, b, position, deflection, extension_m)
+
+
+def _hold(a: Floats, values: Vector, parameters: Parameters) -> None:
+    """Add what the bristles do. The pressure of a chamber acts by a torque as they do, which tells what a torque moves."""
+    pressures = [STATES.index(D.PRESSURE_A), STATES.index(D.PRESSURE_B)]
+    by_torque = a[:, pressures[0]] / values[parameters.offset(J.AREA_A, ROTARY)]
+    by_torque[pressures] = 0.0
+    a[:, 0] -= by_torque * values[parameters.offset(J.BRISTLE_STIFFNESS, ROTARY)]
+    a[:, 1] -= by_torque * values[parameters.offset(J.BRISTLE_DAMPING, ROTARY)]
 
 
 def jacobians(state: Vector, values: Vector) -> tuple[Floats, Floats]:

@@ -69,7 +69,7 @@ def release(rig: Rig, place: Place, servo: Servo, seconds: float = 20.0, angle: 
         rotary.measure_oil(oil_C)
         rotary.follow_extension(extension)
         correction = sign * feedback.step((float(tips[n]), nan), measured, planned) if feedback else 0.0
-        rotary.step(0.0, 0.0, 0.0, correction, feedback.push_V(correction) if feedback else 0.0)
+        rotary.step(0.0, 0.0, 0.0, correction, feedback.push(correction) if feedback else 0.0)
         prismatic.step(place.extension_m, 0.0, 0.0)
         plant.advance([rotary.command_V, prismatic.command_V], period_s)
     return _judged(np.arange(count, dtype=np.float64) * period_s, angles, tips, period_s)

@@ -37,6 +37,7 @@ def _design(arguments: argparse.Namespace) -> int:
     from tuning.arm_design import ArmDesign, as_overrides, design  # scipy.optimize and matplotlib are only loaded for this command
     from tuning.design_picture import design_picture
     from tuning.gain_schedule import gain_schedule
+    from tuning.stuck_arm import largest_friction_gain
 
     loaded = load_rig(arguments.rig)
     own = loaded.rig.end_point.gain if loaded.rig.end_point is not None else 0.0
@@ -44,6 +45,8 @@ def _design(arguments: argparse.Namespace) -> int:
     found: ArmDesign = design(loaded.rig, tip_gain, effort=arguments.effort, largest_cycle=arguments.largest_cycle)
     schedule = gain_schedule(loaded.rig, found.problem, found.chosen.servo) if arguments.schedule else []
     overrides = as_overrides(found.chosen.servo, schedule)
+    known = tip_gain > 0.0 and loaded.rig.servo["rotary"].oil_compensation is not None
+    friction_gain = largest_friction_gain(loaded.rig, found.chosen.servo) if known else None
     if arguments.output:
         text = apply_overrides(loaded.text, overrides)
         rig_from_text(text, str(arguments.output))
@@ -51,12 +54,10 @@ def _design(arguments: argparse.Namespace) -> int:
     if arguments.picture:
         design_picture(found, arguments.picture)
     if arguments.json:
-        designs = {name: dataclasses.asdict(getattr(found, name)) for name in ("lag_lead", "pure_gain", "chosen")}
-        hunting = [dataclasses.asdict(cycle) if cycle is not None else None for cycle in found.hunting]
-        answer = {**designs, "hunting": hunting, "pure_gain_wins": found.pure_gain_wins, "schedule": schedule, "overrides": overrides}
-        print(json.dumps(answer))
+        print(json.dumps({**_answer(found), "schedule": schedule, "overrides": overrides, "largest_friction_gain": friction_gain}))
     else:
-        print("\n".join([*_lines(loaded.rig, found), *_schedule_lines(schedule), "", *(f"  --set {line!r}" for line in overrides)]))
+        report = [*_lines(loaded.rig, found), *_schedule_lines(schedule), *_friction_lines(friction_gain), ""]
+        print("\n".join([*report, *(f"  --set {line!r}" for line in overrides)]))
     return 0
 
 
@@ -78,3 +79,16 @@ def _lines(rig: Rig, found: Any) -> list[str]:
 
 def _schedule_lines(schedule: list[tuple[float, float]]) -> list[str]:
     return ["  gain by extension: " + ", ".join(f"{inches:g} in x {factor:.2f}" for inches, factor in schedule)] if schedule else []
+
+
+def _friction_lines(gain: float | None) -> list[str]:
+    """None: no end-point feedback, or no friction known."""
+    if gain is None:
+        return []
+    return [f"  end_point.friction_gain: at most {gain:.0f} s/rad, or a link whose payload is not known hums"]
+
+
+def _answer(found: Any) -> dict[str, Any]:
+    designs = {name: dataclasses.asdict(getattr(found, name)) for name in ("lag_lead", "pure_gain", "chosen")}
+    hunting = [dataclasses.asdict(cycle) if cycle is not None else None for cycle in found.hunting]
+    return {**designs, "hunting": hunting, "pure_gain_wins": found.pure_gain_wins}

@@ -100,9 +100,9 @@ def test_controller_pushes_the_joint_towards_the_deflection() -> None:
     assert abs(again.joints[0].command_V) < 1e-3
 
 
-@pytest.mark.parametrize(("deflection", "asked"), [(1e-4, 0.0232072), (0.012, None), (-0.012, None)])
+@pytest.mark.parametrize(("deflection", "asked"), [(1e-4, 48.0), (0.012, None), (-0.012, None)])
 def test_friction_is_overcome_in_the_direction_of_the_correction(deflection: float, asked: float | None) -> None:
-    """0.0232 V·s/deg × 17.3 rad/s of the loaded link at 1.2 m, at most 0.6 of 22.8 mV of friction at 40 °C; none without a temperature."""
+    """48 s/rad × 17.1 rad/s of the loaded link at 1.2 m × correction, at most 0.6, of the 22.8 mV at 40 °C; none without a temperature."""
 
     def volts(oil: tuple[float, ...]) -> float:
         controller = Controller(_rig("deflection"))
@@ -111,7 +111,7 @@ def test_friction_is_overcome_in_the_direction_of_the_correction(deflection: flo
 
     correction = 0.75 * deflection / 1.2
     omega = (3 * 3556.75 / 1.2**3 / (20.41166 + 33 / 140 * 2.545698 * 1.2)) ** 0.5
-    expected = asked * 180 / pi * omega * correction if asked is not None else 0.6 * 0.0228 * (1 if correction > 0 else -1)
+    expected = asked * omega * correction * 0.0228 if asked is not None else 0.6 * 0.0228 * (1 if correction > 0 else -1)
     assert volts((40.0, nan)) - volts((nan, nan)) == pytest.approx(expected, rel=1e-3)
 
 

@@ -54,7 +54,7 @@ def test_a_feedback_gets_its_share_of_the_friction_and_gives_way_to_the_referenc
     """0.06 V of friction, of which 0.6 is lent; none at 1 deg/s, half of it at half that rate."""
     table = _table()
     table.measure(60.0)
-    assert table.volts(0.0, 0.01) == pytest.approx(0.01)
+    assert table.volts(0.0, 0.2) == pytest.approx(0.2 * 0.06)
     assert table.volts(0.0, 1.0) == pytest.approx(0.6 * 0.06)
     assert table.volts(0.0, -1.0) == pytest.approx(-0.6 * 0.06)
     half, full = radians(0.5), radians(1.0)
