@@ -110,10 +110,10 @@ def test_holds_as_shipped(rig: Rig, line: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("line", LINES)
 def test_holds_without_delay(rig: Rig, line: str) -> None:
-    """`zero_delay` ends every move on time and leaves 0.05 m/s², 0.1 with frequency and payload both wrong; 0.05 in cold and hot oil."""
+    """`zero_delay` ends every move on time and leaves 0.05 m/s², 0.1 with frequency and payload both wrong; 0.06 in cold and hot oil."""
     plan = plan_line(rig, line, WITHOUT_DELAY)
     assert plan.flush_s == 0.0
     assert plan.motion_end_s == plan_line(rig, line).motion_end_s
     assert _largest(rig, line, WITHOUT_DELAY, 1.0) <= 0.05
     assert max(_largest(rig, line, WITHOUT_DELAY, payload, scale) for payload in (0.8, 1.0, 1.2) for scale in ERRORS) <= 0.1
-    assert max(_largest(rig, line, WITHOUT_DELAY, 1.0, oil_C=oil_C) for oil_C in (20.0, 60.0)) <= 0.05
+    assert max(_largest(rig, line, WITHOUT_DELAY, 1.0, oil_C=oil_C) for oil_C in (20.0, 60.0)) <= 0.06
