@@ -10,8 +10,7 @@ from daemon.faults.sensor_faults import STOP_MS
 from daemon.modes import Event
 
 LONG_STALL_MS = 100.0
-DEVICE_MARGIN_MS = 20.0  # a period of the loop, and the time between the first process's death and that of the one that writes
-_LOOK_MS = 10.0  # a period of the loop, and this program's own looks
+DEVICE_MARGIN_MS = 10.0  # a period of the loop, and this program's own looks
 
 
 def device_limit_ms() -> float:
@@ -44,7 +43,7 @@ def _stalls() -> Iterator[Fault]:
     yield _fault("loop stalled 20 ms", "loop", goes_on, Until.RENEWED, patience_ms, _stall_once(20.0))
     # The valves time out meanwhile; but the cycle that was held up still writes, and the next one finds the stall.
     stalled = _stall_once(LONG_STALL_MS)
-    yield _fault("loop stalled 100 ms", "loop", "fault: loop stall", Until.SAFE, LONG_STALL_MS + _LOOK_MS, stalled)
+    yield _fault("loop stalled 100 ms", "loop", "fault: loop stall", Until.SAFE, LONG_STALL_MS + DEVICE_MARGIN_MS, stalled)
     limit_ms = STOP_MS + overruns.window_s * 1e3
     yield _fault("loop late in every cycle", "loop", "", Until.REST, limit_ms, _stall_always(1.5))
 

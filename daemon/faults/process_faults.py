@@ -25,6 +25,7 @@ from daemon.interlocks import RECORDER_AGE_LIMIT_S, SUPERVISOR_AGE_LIMIT_S
 from daemon.protocol import MAX_LINE_BYTES
 
 ASKED_MS = 50.0  # a request goes through the supervisor's event loop before it reaches the loop
+DEATHS_MS = 10.0  # between the first process's end and that of the one that writes
 LOOK_MS = 1000.0  # of the supervisor at the disk
 SLOW_AGE_S = 0.3
 END_LIMIT_S = 12.0
@@ -64,7 +65,7 @@ def _fault(
 
 
 def _deaths(make: Make) -> Iterator[Fault]:
-    safe, device = Until.SAFE, device_limit_ms()
+    safe, device = Until.SAFE, device_limit_ms() + DEATHS_MS
     timed_out = "device time-out; the daemon ends with status 1"
     yield make("control SIGKILLed", "process", timed_out, safe, device, _send(SIGKILL, "control"), _ended)
     yield make("recorder SIGKILLed", "process", "controlled stop: recorder lost", safe, STOP_MS, _send(SIGKILL, "recorder"))
@@ -84,7 +85,14 @@ def _deaths(make: Make) -> Iterator[Fault]:
 def _silences(make: Make) -> Iterator[Fault]:
     stall = "device time-out; fault: loop stall"
     yield make(
-        "control SIGSTOPped", "process", stall, Until.SAFE, device_limit_ms(), _send(SIGSTOP, "control"), _continued("control"), whole=True
+        "control SIGSTOPped",
+        "process",
+        stall,
+        Until.SAFE,
+        device_limit_ms() + DEATHS_MS,
+        _send(SIGSTOP, "control"),
+        _continued("control"),
+        whole=True,
     )
     limit_ms = RECORDER_AGE_LIMIT_S * 1e3 + STOP_MS
     silent = "controlled stop: recorder silent"
