@@ -64,8 +64,12 @@ def _fault(
     return Fault(name, group, expected, until, limit_ms, run, where=Where.PROCESSES, impossible=impossible)
 
 
+def _limit_of_deaths_ms() -> float:
+    return device_limit_ms() + DEATHS_MS
+
+
 def _deaths(make: Make) -> Iterator[Fault]:
-    safe, device = Until.SAFE, device_limit_ms() + DEATHS_MS
+    safe, device = Until.SAFE, _limit_of_deaths_ms()
     timed_out = "device time-out; the daemon ends with status 1"
     yield make("control SIGKILLed", "process", timed_out, safe, device, _send(SIGKILL, "control"), _ended)
     yield make("recorder SIGKILLed", "process", "controlled stop: recorder lost", safe, STOP_MS, _send(SIGKILL, "recorder"))
