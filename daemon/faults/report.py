@@ -40,7 +40,7 @@ A trial begins only when the daemon moves the arm without any complaint. What th
 | 20 ms | what the loop sees: from the fault to safe outputs |
 | 100 ms | what only the motion shows, or the io process sees |
 | 100 ms | in the twin, when host, process, bus or valve is gone: the devices' time-out of 60 ms |
-| device time-out + 10 ms | the same with the plant in the daemon; `devices.*.timeout` of the rig file is 70 ms; + 10 ms where processes end |
+| device time-out + 10 ms | the plant in the daemon; `devices.*.timeout` of the rig file is 70 ms; + 10 ms where processes end |
 | {ASKED_MS:.0f} ms | requests over the socket, and signals to the supervisor |
 | 50 ms | pauses that the loop bears (`loop.overruns.fault_late`) |
 | 5 s | a controlled stop (longer ones are faults), after the time in which a neighbour may be silent; for a gauge it begins within 20 ms |
