@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asking import INCH, request
+from asking import INCH, request, shipped
 from scipy import signal
 from scipy.integrate import cumulative_trapezoid
 
@@ -111,6 +111,16 @@ def test_both_joints_keep_the_line_straight(rig: Rig, paper_y30: dict[str, Any])
 
     assert 0.010 < bow({"kind": "adaptive"}) < 0.030
     assert bow({"kind": "adaptive", **BOTH}) < 0.0006
+
+
+@pytest.mark.parametrize("shaper", [{"kind": "adaptive", **BOTH}, {"kind": "zero_delay"}], ids=["adaptive", "zero_delay"])
+@pytest.mark.parametrize(("line", "y0"), [("paper_line", 40 * INCH), ("paper_line_y30", 30 * INCH)])
+def test_the_commanded_path_stays_within_2_mm_of_the_line(rig: Rig, line: str, y0: float, shaper: dict[str, Any]) -> None:
+    """Every reference of both joints, as a point."""
+    plan = plan_run(rig, request(shipped(line), [0.0, y0], shaper))
+    away = [abs(forward(*cycle.reference)[1] - y0) for cycle in predict(rig, plan)]
+    assert len(away) > 16_000
+    assert max(away) < 0.002
 
 
 @pytest.mark.parametrize("shaper", SHAPERS, ids=NAMES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import log10
 from pathlib import Path
+from typing import Any
 
 import pytest
 from running_daemon import RunningDaemon, arm, patient_rig
@@ -15,18 +16,29 @@ from recording.reader import read_log
 from recording.vibration import hold_vibration, rms_mps2
 
 pytestmark = pytest.mark.slow
-WORDS = ("start", "paper_line", "--shaper", "adaptive", "--both-joints", "--approach", "--countdown", "0", "--wait", "--json")
-REQUEST = {"maneuver": {"name": "paper_line"}, "shaper": {"kind": "adaptive", "joints": ["rotary", "prismatic"]}, "approach": True}
+OPTIONS = ("--approach", "--countdown", "0", "--wait", "--json")
+BOTH = ["rotary", "prismatic"]
 
 
-def test_the_holds_are_those_of_lockstep_within_2_dB(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("shaper", "words"),
+    [
+        ({"kind": "adaptive", "joints": BOTH}, ("--shaper", "adaptive", "--both-joints")),
+        ({"kind": "zero_delay"}, ("--shaper", "zero_delay")),
+    ],
+    ids=["adaptive", "zero_delay"],
+)
+def test_the_holds_are_those_of_lockstep_within_2_dB(
+    shaper: dict[str, Any], words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """y0 = 40 in, tip acceleration as logged, root mean square over the three holds."""
+    request = {"maneuver": {"name": "paper_line"}, "shaper": shaper, "approach": True}
     with RunningDaemon(tmp_path / "clock", str(patient_rig(_made(tmp_path / "clock")))) as daemon, daemon.wait_until_ready() as client:
         arm(client)
-        assert main(["--socket", str(daemon.socket), *WORDS]) == 0, capsys.readouterr()
+        assert main(["--socket", str(daemon.socket), "start", "paper_line", *words, *OPTIONS]) == 0, capsys.readouterr()
         client.call("disarm")
         on_the_clock = hold_vibration(read_log(daemon.latest_log()))
-    (path,) = run_lockstep(load_rig(patient_rig(tmp_path / "clock")), [REQUEST], _made(tmp_path / "lockstep"))
+    (path,) = run_lockstep(load_rig(patient_rig(tmp_path / "clock")), [request], _made(tmp_path / "lockstep"))
     in_lockstep = hold_vibration(read_log(path))
     assert [hold.move for hold in on_the_clock] == [hold.move for hold in in_lockstep]
     assert len(in_lockstep) == 3
