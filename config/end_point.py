@@ -21,6 +21,15 @@ class EndPoint(Section):
     )
     full_below_Hz: float = quantity("Hz", "full gain while the link's frequency is below this", 6.0, low=0.1, high=500)
     off_above_Hz: float = quantity("Hz", "no feedback while the link's frequency is above this, a ramp in between", 9.0, low=0.1, high=500)
+    lead_s: float = quantity(
+        "s",
+        "lag of joint and low-pass at the link's frequency that is taken out of the deflection, up to a quarter of a period (0: none)",
+        0.0,
+        low=0,
+        high=0.05,
+    )
+    lead_from_Hz: float = quantity("Hz", "no lead while the link's frequency is below this", 5.5, low=0.1, high=500)
+    lead_full_Hz: float = quantity("Hz", "the whole lead above this frequency of the link, a ramp in between", 8.0, low=0.1, high=500)
     limit_rad: float = quantity("rad", "largest tip angle that is used", 0.0523599, low=1e-4, high=0.5)
     fade_s: float = quantity("s", "the feedback comes in over this time", 0.5, low=0.01, high=10)
     loss_fade_s: float = quantity("s", "the feedback goes out over this time when the signal is lost", 0.05, low=0.001, high=10)
@@ -41,3 +50,11 @@ class EndPoint(Section):
         if full is not None and off <= full:
             raise ValueError(f"must be above full_below ({full:g} Hz)")
         return off
+
+    @field_validator("lead_full_Hz")
+    @classmethod
+    def _lead_ramp_upwards(cls, full: float, info: ValidationInfo) -> float:
+        start = info.data.get("lead_from_Hz")
+        if start is not None and full <= start:
+            raise ValueError(f"must be above lead_from ({start:g} Hz)")
+        return full

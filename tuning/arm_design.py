@@ -13,7 +13,7 @@ import numpy as np
 from config.end_point import EndPoint
 from config.errors import ManeuverError
 from config.rig import LinkMode, Rig
-from control.end_point import scheduled_gain
+from control.end_point import lead_shares, scheduled_gain
 from control.link_mode import LinkFrequency
 from tuning.amplitude_members import Measured, amplitude_members
 from tuning.closed_loop import Servo, least_damping, sampled_loop
@@ -40,13 +40,14 @@ LESS_LAG = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """The arm somewhere in its workspace. `tip_share`: what the gain schedule leaves of the tip gain there, for the payload that the rig
-    file believes in. `light`: a stiff link or an empty one, whose own damping must be kept but need not be raised.
+    """The arm somewhere in its workspace. `tip_share`, `tip_lead`: what the schedules leave of the tip gain there, and its lead, for the
+    payload that the rig file believes in. `light`: a stiff link or an empty one, whose own damping must be kept but need not be raised.
     """
 
     arm: LinearArm
     tip_share: float
     light: bool
+    tip_lead: tuple[float, float] = (1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +100,9 @@ def _damping(rig: Rig, link: LinkMode, workspace: Sequence[tuple[float, float]])
 def _place(rig: Rig, link: LinkMode, extension_m: float, payload_kg: float) -> Place:
     frequency = LinkFrequency(link.model_copy(update={"payload_kg": payload_kg, "frequency_map": ()})).frequency_Hz(extension_m)
     settings = (rig.end_point or EndPoint()).model_copy(update={"gain": 1.0})
-    share = scheduled_gain(settings, LinkFrequency(link).frequency_Hz(extension_m))
-    return Place(linear_arm(rig, extension_m, payload_kg), share, frequency > STIFF_HZ or payload_kg == 0.0)
+    believed_Hz = LinkFrequency(link).frequency_Hz(extension_m)
+    share, lead = scheduled_gain(settings, believed_Hz), lead_shares(settings, believed_Hz)
+    return Place(linear_arm(rig, extension_m, payload_kg), share, frequency > STIFF_HZ or payload_kg == 0.0, lead)
 
 
 def _position(arm: LinearArm, gain: float, delay_s: float, omega: Floats) -> Complexes:
@@ -112,7 +114,7 @@ def worst_damping(places: Sequence[Place], period_s: float, servo: Servo) -> flo
     damping: infinite when none is left."""
     found = []
     for place, gain in product(places, GAINS):
-        scheduled = Servo(servo.gain * gain, servo.sections, servo.tip_gain * place.tip_share, servo.roll_off_Hz)
+        scheduled = replace(servo, gain=servo.gain * gain, tip_gain=servo.tip_gain * place.tip_share, tip_lead=place.tip_lead)
         damping = least_damping(sampled_loop(place.arm, scheduled, period_s), period_s)
         if not (place.light and damping > OWN_DAMPING_KEPT):
             found.append(damping)

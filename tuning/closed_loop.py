@@ -18,6 +18,7 @@ from tuning.transfer import Complexes, Floats
 class Servo:
     """Gain in V/rad, sections as (zero, pole) in rad/s, gain of the reflected tip and corner of its low-pass (0: no low-pass).
 
+    `tip_lead`: shares of the low-passed deflection and of what the low-pass takes away, see `control.end_point.lead_shares`.
     `push`: V per rad of the tip's correction that do not pass the sections, against the friction of a resting joint; sampled loops only.
     """
 
@@ -26,6 +27,7 @@ class Servo:
     tip_gain: float = 0.0
     roll_off_Hz: float = 15.0
     push: float = 0.0
+    tip_lead: tuple[float, float] = (1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,9 @@ def continuous_loop(arm: LinearArm, servo: Servo) -> Floats:
     total[n, :n], total[n, n] = corner * arm.deflection, -corner
     error[:n] = -arm.position
     if servo.roll_off_Hz > 0.0:
-        error[n] = servo.tip_gain / arm.extension_m
+        kept, lead = servo.tip_lead
+        error[n] = (kept - lead) * servo.tip_gain / arm.extension_m
+        error[:n] += lead * servo.tip_gain / arm.extension_m * arm.deflection
     else:
         error[:n] += servo.tip_gain / arm.extension_m * arm.deflection
     signal = servo.gain * error
@@ -87,14 +91,18 @@ def sampled_loop(arm: LinearArm, servo: Servo, period_s: float, delay_periods: i
     filtered = (1.0 - share) * now[n]
     filtered[:n] += share * arm.deflection
     total[n] = filtered
-    signal = servo.gain * (servo.tip_gain / arm.extension_m * filtered)
+    kept, lead = servo.tip_lead
+    tip = (kept - lead) * filtered
+    tip[:n] += lead * arm.deflection
+    tip *= servo.tip_gain / arm.extension_m
+    signal = servo.gain * tip
     signal[:n] -= servo.gain * arm.position
     for i, (zero, pole) in enumerate(servo.sections, start=n + 1):
         b0, b1, a1 = section_coefficients(zero, pole, period_s)
         output = b0 * signal + now[i]
         total[i] = b1 * signal - a1 * output
         signal = output
-    signal = signal + servo.push * servo.tip_gain / arm.extension_m * filtered
+    signal = signal + servo.push * tip
     for i in range(size - delay_periods, size):
         total[i] = signal
         signal = now[i]

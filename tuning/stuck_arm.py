@@ -11,7 +11,7 @@ from itertools import product
 
 from config.end_point import EndPoint
 from config.rig import Rig
-from control.end_point import scheduled_gain
+from control.end_point import lead_shares, scheduled_gain
 from control.link_mode import LinkFrequency
 from control.oil_compensation import OilCompensation
 from tuning.arm_design import INCH_M, POUND_KG
@@ -28,10 +28,11 @@ HALVINGS = 10
 
 @dataclass(frozen=True, slots=True)
 class StuckPlace:
-    """The arm somewhere, and what the controller believes of it: share of the tip gain, link in rad/s, friction in V."""
+    """The arm somewhere, and what the controller believes of it: share of the tip gain, its lead, link in rad/s, friction in V."""
 
     arm: LinearArm
     tip_share: float
+    tip_lead: tuple[float, float]
     omega: float
     friction_V: float
 
@@ -45,11 +46,12 @@ def stuck_places(rig: Rig) -> list[StuckPlace]:
     found = []
     for inches, pounds, oil_C in product(EXTENSIONS_IN, PAYLOADS_LB, OIL_C):
         extension_m = inches * INCH_M
-        share = scheduled_gain(settings, link.frequency_Hz(extension_m))
+        frequency_Hz = link.frequency_Hz(extension_m)
+        share, lead = scheduled_gain(settings, frequency_Hz), lead_shares(settings, frequency_Hz)
         arm = linear_arm(rig, extension_m, pounds * POUND_KG, oil_C, stuck=True)
         oil = OilCompensation(servo.oil_compensation, servo.velocity_feedforward, period_s)
         oil.measure(oil_C)
-        found.append(StuckPlace(arm, share, link.omega_d(extension_m), oil.friction_V))
+        found.append(StuckPlace(arm, share, lead, link.omega_d(extension_m), oil.friction_V))
     return found
 
 
@@ -74,4 +76,4 @@ def largest_friction_gain(rig: Rig, servo: Servo) -> float:
 
 def _at(place: StuckPlace, servo: Servo, gain: float, friction_gain: float) -> Servo:
     push = gain * friction_gain * place.omega * place.friction_V
-    return replace(servo, gain=gain * servo.gain, tip_gain=servo.tip_gain * place.tip_share, push=push)
+    return replace(servo, gain=gain * servo.gain, tip_gain=servo.tip_gain * place.tip_share, tip_lead=place.tip_lead, push=push)

@@ -14,7 +14,7 @@ from config.load import find, load_rig, rig_from_text
 from config.overrides import apply_overrides
 from config.rig import LinkMode, Rig
 from control.controller import Controller
-from control.end_point import EndPointFeedback, scheduled_gain
+from control.end_point import EndPointFeedback, lead_shares, scheduled_gain
 from control.estimator import TipEstimator
 from control.signals import Inputs, Mode
 
@@ -46,6 +46,43 @@ def test_roll_off_is_first_order_at_its_corner() -> None:
     feedback = _feedback()
     out = [_step(feedback, 0.01 * sin(2 * pi * 15 * n * PERIOD_S)) for n in range(3000)]
     assert max(out[2000:]) == pytest.approx(0.5 * 0.01 / 1.2 / 2**0.5, rel=0.04)
+
+
+WITH_LEAD = {"roll_off": "8 Hz", "full_below": "38 Hz", "off_above": "45 Hz", "lead": "18 ms"}
+
+
+@pytest.mark.parametrize("inches", [18.0, 22.0, 30.0])
+def test_lead_turns_the_links_own_oscillation_ahead(inches: float) -> None:
+    """11.8, 8.7 and 5.4 Hz: g/L · e^{jωτ}/(1 + jω/ω_r), and only the low-pass below 5.5 Hz; the loop's sampling turns it by 1°."""
+    length = inches * INCH
+    omega = (3 * 3556.75 / length**3 / (20.41 + 33 / 140 * 2.545698 * length)) ** 0.5
+    period = 2 * pi / omega
+    feedback, count = _feedback(**WITH_LEAD), round(20 * period / PERIOD_S)
+    t = np.arange(2000 + count) * PERIOD_S
+    out = np.array([_step(feedback, float(w), length) for w in 0.001 * np.sin(omega * t)])[2000:]
+    found = 2j * np.mean(out * np.exp(-1j * omega * t[2000:])) / 0.001
+    angle = 0.018 * omega if omega > 2 * pi * 8.0 else 0.0
+    expected = 0.5 / length * np.exp(1j * angle) / (1 + 1j * omega / (2 * pi * 8.0))
+    assert abs(found) == pytest.approx(abs(expected), rel=0.05)
+    assert np.angle(found / expected, deg=True) == pytest.approx(0.0, abs=3.0)
+
+
+def test_lead_comes_in_without_a_step() -> None:
+    """Over the ramp and beyond, shares change by little from one extension to the next; without lead there are none."""
+    settings = EndPoint(**WITH_LEAD)  # type: ignore[arg-type]
+    shares = np.array([lead_shares(settings, f) for f in np.arange(1.0, 40.0, 0.01)])
+    assert np.abs(np.diff(shares, axis=0)).max() < 0.01
+    assert shares[:, 0].min() == pytest.approx(0.0, abs=1e-12)  # a quarter of a period at most: never the other sign
+    assert lead_shares(settings, 5.5) == lead_shares(EndPoint(), 20.0) == (1.0, 0.0)
+
+
+def test_a_lost_signal_fades_out_with_lead_as_well() -> None:
+    """In the steepest part of an oscillation of 12 Hz."""
+    feedback, length = _feedback(**WITH_LEAD), 18 * INCH
+    start = [_step(feedback, 0.001 * sin(2 * pi * 12 * n * PERIOD_S), length) for n in range(1000)]
+    lost = _run(feedback, nan, 60, length)
+    assert max(abs(np.diff([start[-1], *lost]))) < 0.021 * abs(start[-1])
+    assert lost[-1] == 0.0
 
 
 def test_gain_goes_to_zero_where_the_link_is_stiff() -> None:
