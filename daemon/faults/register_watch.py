@@ -26,20 +26,22 @@ class RegisterWatch:
 
     def look(self, now_ns: int) -> None:
         """One look at what the valves do at `now_ns`."""
-        values, stamp_ns = self._register.last_write()
+        effective = self._register.effective(now_ns)
+        values, stamp_ns = self._register.last_write()  # after it: values that are not safe although the valves are have timed out
         self._follow_writes(now_ns)
         if max(map(abs, values), default=0.0) > REST_V:
             self._rest_since_ns = None
         elif self._rest_since_ns is None:
             self._rest_since_ns = now_ns
-        if self._register.effective(now_ns) != self._register.safe_values:
+        if effective != self._register.safe_values:
             self._safe_since_ns, self._live_stamp_ns = None, stamp_ns
         elif self._safe_since_ns is None:
-            self._safe_since_ns = self._became_safe(now_ns, stamp_ns)
+            self._safe_since_ns = self._became_safe(now_ns, stamp_ns, values != self._register.safe_values)
 
-    def _became_safe(self, now_ns: int, stamp_ns: int) -> int:
-        """At the end of the time-out when nobody wrote, else by the write that was found now."""
-        self.timed_out = stamp_ns == self._live_stamp_ns != NEVER
+    def _became_safe(self, now_ns: int, stamp_ns: int, live: bool) -> int:
+        """At the end of the time-out when nobody wrote, else by the write that was found now. `live`: the last write was no safe one, so
+        it was the time-out even if that write and its end fell between two looks."""
+        self.timed_out = live or stamp_ns == self._live_stamp_ns != NEVER
         return min(now_ns, stamp_ns + self._timeout_ns) if self.timed_out else now_ns
 
     def _follow_writes(self, now_ns: int) -> None:

@@ -22,6 +22,18 @@ def test_a_register_that_nobody_writes_is_safe_after_its_time_out_however_seldom
     assert watch.safe_for_ms(130 * MS) == pytest.approx(25.0)
 
 
+def test_a_write_and_its_time_out_between_two_looks_count_from_the_write() -> None:
+    """Who looks may be kept off the processor for longer than the time-out."""
+    register = OutputRegister.create((0.0,), 0.1)
+    watch = RegisterWatch(register, 0)
+    register.write((1.0,), 1 * MS)
+    watch.look(2 * MS)
+    register.write((1.5,), 8 * MS)
+    watch.look(190 * MS)
+    assert watch.safe_after_ms == pytest.approx(108.0)
+    assert watch.timed_out
+
+
 def test_a_safe_write_counts_from_the_look_that_found_it() -> None:
     register = OutputRegister.create((0.0,), 0.1)
     register.write((1.0,), 0)
