@@ -26,9 +26,9 @@ from sim_backend.rates import HYDRAULIC, IMPOSED
 # Standard deviation of each state at a window's start. Positions and velocities come from the measurement; pressures, friction and
 # modes are the model's own, disturbed by that correction.
 _POSITION_SD, _PRESSURE_SD, _SHAPE_SD = 5e-5, 1e4, 1e-3
-# Share of it by which a state (or form) is moved for its sensitivity. A whole one can lead across a reversal and is no derivative there;
-# a tenth is, but of a friction that yields within the first micrometres only.
-_MOVE = 0.5
+_MOVE = (
+    0.1  # of it by which a state (or form) is moved for its sensitivity: a whole one can lead across a reversal, and is no derivative there
+)
 _OIL_SD_K = 1.0  # oil at the valves: a reservoir's thermometer does not follow it
 _BRISTLE_SD = 0.3  # of the deflection at which it slides
 # Relative standard deviations, from window to window, of what stands for the form of friction before it slides.
@@ -122,9 +122,9 @@ def start_states(p: Vector, experiment: Experiment) -> list[StartState]:
             continue
         s = slot * D_STRIDE
         states += [StartState(s + D.POSITION, _POSITION_SD), StartState(s + D.VELOCITY, experiment.velocity_sd[slot])]
-        states += [StartState(s + D.BRISTLE, _BRISTLE_SD * deflection) for deflection in _sliding(p, slot)]
         if kind == HYDRAULIC:
             states += [StartState(s + D.PRESSURE_A, _PRESSURE_SD), StartState(s + D.PRESSURE_B, _PRESSURE_SD)]
+            states += [StartState(s + D.BRISTLE, _BRISTLE_SD * deflection) for deflection in _sliding(p, slot)]
     if any(p[J_START + slot * J_STRIDE + J.KIND] == HYDRAULIC for slot in range(SLOTS)):
         states.append(StartState(int(H.METAL), _OIL_SD_K))
     if p[C.ARM] > 0.0 and p[C.BENDING_STIFFNESS] > 0.0:
