@@ -43,18 +43,11 @@ class EndPoint(Section):
     )
     acceleration_noise_m_per_s2: float = quantity("m/s^2", "of tip.acceleration, for the estimator", 0.02, low=1e-4, high=10)
 
-    @field_validator("off_above_Hz")
+    @field_validator("off_above_Hz", "lead_full_Hz")
     @classmethod
-    def _ramp_upwards(cls, off: float, info: ValidationInfo) -> float:
-        full = info.data.get("full_below_Hz")
-        if full is not None and off <= full:
-            raise ValueError(f"must be above full_below ({full:g} Hz)")
-        return off
-
-    @field_validator("lead_full_Hz")
-    @classmethod
-    def _lead_ramp_upwards(cls, full: float, info: ValidationInfo) -> float:
-        start = info.data.get("lead_from_Hz")
-        if start is not None and full <= start:
-            raise ValueError(f"must be above lead_from ({start:g} Hz)")
-        return full
+    def _ramp_upwards(cls, end: float, info: ValidationInfo) -> float:
+        begin_key = {"off_above_Hz": "full_below_Hz", "lead_full_Hz": "lead_from_Hz"}[info.field_name or ""]
+        begin = info.data.get(begin_key)
+        if begin is not None and end <= begin:
+            raise ValueError(f"must be above {begin_key.removesuffix('_Hz')} ({begin:g} Hz)")
+        return end

@@ -14,7 +14,7 @@ from gap.fit import CONVERGED, Fit, fit, settled
 from gap.screen import points
 from gap.search_state import Search, Step
 from gap.simulate import remembering
-from gap.trial import STEPS, Base, effects, first_trial, has_size, own_trial
+from gap.trial import Base, effects, effects_only, first_trial, has_size, own_trial
 
 KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
 REFIT_STEPS = 8
@@ -65,15 +65,11 @@ def _from_own_constants(state: Search, start: Fit) -> Fit:
     model = start.model
     theta = np.array([free.start if free.prior else value for free, value in zip(model.free, model.theta, strict=True)])
     plain = model.with_theta(theta)
-    numbers = effects(plain)
-    if not numbers:  # the sign of a sensor has nothing to fit
+    if not effects(plain):  # the sign of a sensor has nothing to fit
         now = tuple(evaluate(e, plain, state.costs) for e in state.experiments)
         return Fit(plain, now, start.jacobian, start.columns, start.objective)
-    smaller = plain.restricted(numbers)
-    known = [e.projection for e in start.evaluations]
-    done = fit(smaller, state.experiments, state.costs, range(len(numbers)), None, STEPS, known)
-    theta[numbers] = done.model.theta
-    return Fit(plain.with_theta(theta), done.evaluations, start.jacobian, start.columns, done.objective)
+    reached, done = effects_only(plain, state.experiments, state.costs, [e.projection for e in start.evaluations])
+    return Fit(reached, done.evaluations, start.jacobian, start.columns, done.objective)
 
 
 def swap(state: Search, tell: Tell) -> None:

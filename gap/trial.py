@@ -109,14 +109,11 @@ def own_trial(base: Base, trial: Trial, others: Sequence[Fit]) -> Trial:
 
 def _effects_fitted(base: Base, moved: Model, other: Fit, own: Sequence[Projection]) -> Fit:
     """Only the effects fitted, the constants as they are in `other`, which has none of the effects."""
-    numbers = effects(moved)
-    done = fit(moved.restricted(numbers), base.experiments, base.costs, range(len(numbers)), None, STEPS, own)
-    theta = moved.theta.copy()
-    theta[numbers] = done.model.theta
+    reached, done = effects_only(moved, base.experiments, base.costs, own)
     columns = tuple(
         np.concatenate([projected(e, known), new]) for e, known, new in zip(done.evaluations, other.jacobian, done.columns, strict=True)
     )
-    return Fit(moved.with_theta(theta), done.evaluations, tuple(_with_new(other, moved)), columns, done.objective)
+    return Fit(reached, done.evaluations, tuple(_with_new(other, moved)), columns, done.objective)
 
 
 def _with_new(known: Fit, model: Model) -> list[Array]:
@@ -127,6 +124,15 @@ def _with_new(known: Fit, model: Model) -> list[Array]:
 def effects(model: Model) -> list[int]:
     """Numbers of the parameters of the effects found so far."""
     return [k for entry in model.added for k in model.of_effect(entry)]
+
+
+def effects_only(model: Model, experiments: Sequence[Experiment], costs: Costing, projections: Sequence[Projection]) -> tuple[Model, Fit]:
+    """The effects found so far fitted with every constant held: the whole model then, and the fit of the effects' parameters."""
+    numbers = effects(model)
+    done = fit(model.restricted(numbers), experiments, costs, range(len(numbers)), None, STEPS, projections)
+    theta = model.theta.copy()
+    theta[numbers] = done.model.theta
+    return model.with_theta(theta), done
 
 
 def excess(cost: float) -> float:

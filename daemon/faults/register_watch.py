@@ -6,7 +6,7 @@ It knows the register's law and nothing of the loop: what the loop believes or l
 from __future__ import annotations
 
 from daemon.faults.fault import NEVER_MS
-from drivers.output_register import NEVER, OutputRegister
+from drivers.output_register import OutputRegister
 
 REST_V = 0.1  # a servo that holds writes less than this; one that moves the arm through this test writes more
 
@@ -18,7 +18,6 @@ class RegisterWatch:
         self._register, self._injected_ns = register, injected_ns
         self._timeout_ns = round(register.timeout_s * 1e9)
         self._sequence, self._renewed_ns = register.sequence, injected_ns
-        self._live_stamp_ns = NEVER
         self._safe_since_ns: int | None = None
         self._rest_since_ns: int | None = None
         self.longest_pause_ms = 0.0
@@ -34,15 +33,10 @@ class RegisterWatch:
         elif self._rest_since_ns is None:
             self._rest_since_ns = now_ns
         if effective != self._register.safe_values:
-            self._safe_since_ns, self._live_stamp_ns = None, stamp_ns
+            self._safe_since_ns = None
         elif self._safe_since_ns is None:
-            self._safe_since_ns = self._became_safe(now_ns, stamp_ns, values != self._register.safe_values)
-
-    def _became_safe(self, now_ns: int, stamp_ns: int, live: bool) -> int:
-        """At the end of the time-out when nobody wrote, else by the write that was found now. `live`: the last write was no safe one, so
-        it was the time-out even if that write and its end fell between two looks."""
-        self.timed_out = live or stamp_ns == self._live_stamp_ns != NEVER
-        return min(now_ns, stamp_ns + self._timeout_ns) if self.timed_out else now_ns
+            self.timed_out = values != self._register.safe_values
+            self._safe_since_ns = min(now_ns, stamp_ns + self._timeout_ns) if self.timed_out else now_ns
 
     def _follow_writes(self, now_ns: int) -> None:
         sequence = self._register.sequence

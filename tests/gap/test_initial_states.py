@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
+import testbed_logs
 
 from config.load import load_rig, rig_from_text
 from config.rig import Rig
 from gap.evaluation import Evaluation, evaluate, judged, mean_cost
 from gap.initial_states import Projection, forms_of_friction, start_states
-from gap.measured import on_grid
 from gap.model import Model
-from gap.noise import noise_floors
-from gap.windows import Experiment, prepare
+from gap.windows import Experiment
 from sim_backend.layout import H, J
-from sim_backend.plant import SimulatedRig
 
-CHANNELS = ["rotary.position", "prismatic.position"]
 TEXT = load_rig("ornl_testbed").text
 RIG = rig_from_text(TEXT)
 
@@ -26,15 +21,7 @@ def logged(machine: Rig) -> Experiment:
     """Both joints slowly back and forth with reversals, the machine's own readings; windows of the rig file as it is shipped."""
     t = 0.001 * np.arange(5000)
     command = np.column_stack([0.25 * np.sin(2 * np.pi * 0.45 * t), 0.6 * np.sin(2 * np.pi * 0.35 * t + 0.6)])
-    plant = SimulatedRig(machine, 7)
-    plant.reset([0.0, 1.0])
-    raw = plant.run(command, 0.001, sense=True)["raw"]
-    sensors = list(machine.plant.sensors) if machine.plant else []
-    columns = {"t_s": t, "rotary.command_V": command[:, 0], "prismatic.command_V": command[:, 1]}
-    for name in CHANNELS:
-        columns[name] = raw[:, sensors.index(name)] * machine.signals[name].calibration.scale
-    log = on_grid(Path("form.csv"), columns, RIG, "")
-    return prepare(log, RIG, noise_floors([log], RIG), 0.4, CHANNELS)
+    return testbed_logs.experiment(machine, command, 7, RIG)
 
 
 def without(projection: Projection, known: int | slice) -> Projection:

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+import testbed_logs
 
 from config.load import load_rig, rig_from_text
 from gap.evaluation import Costing, evaluate
 from gap.fit import Fit
-from gap.measured import on_grid
 from gap.model import Model
-from gap.noise import noise_floors
 from gap.simulate import kept, remembering, simulate, some
 from gap.thinned import thinned
-from gap.windows import Experiment, prepare
+from gap.windows import Experiment
 from sim_backend.layout import J_START, J_STRIDE, H, J, Vector
-from sim_backend.plant import SimulatedRig
 
-CHANNELS = ["rotary.position", "prismatic.position"]
 RIG = load_rig("ornl_testbed").rig
 CHOSEN = np.array([2, 3, 4, 11, 12, 13, 20, 21, 22, 29, 30, 31])
 
@@ -31,15 +26,7 @@ def whole() -> Experiment:
     still = (t % 3.0) > 2.0
     command = np.column_stack([0.4 * np.sin(2 * np.pi * 0.9 * t), 0.6 * np.sin(2 * np.pi * 0.7 * t)])
     command[still] = command[np.maximum.accumulate(np.where(still, 0, np.arange(len(t))))][still]
-    plant = SimulatedRig(RIG, 3)
-    plant.reset([0.0, 1.0])
-    raw = plant.run(command, 0.001, sense=True)["raw"]
-    sensors = list(RIG.plant.sensors) if RIG.plant else []
-    columns = {"t_s": t, "rotary.command_V": command[:, 0], "prismatic.command_V": command[:, 1]}
-    for name in CHANNELS:
-        columns[name] = raw[:, sensors.index(name)] * RIG.signals[name].calibration.scale
-    log = on_grid(Path("kept.csv"), columns, RIG, "")
-    return prepare(log, RIG, noise_floors([log], RIG), 0.4, CHANNELS, workers=2)
+    return testbed_logs.experiment(RIG, command, 3, RIG, workers=2)
 
 
 def vector(**changes: float) -> Vector:
@@ -65,7 +52,7 @@ def test_hysteresis_is_that_of_the_parameters(whole: Experiment, changes: dict[s
 
 def test_half_of_the_windows_cost_the_same_as_among_all(whole: Experiment) -> None:
     few = remembering(some(whole, CHOSEN), vector())
-    costs = Costing(np.full(len(CHANNELS), 6.0), 1.0)
+    costs = Costing(np.full(len(testbed_logs.CHANNELS), 6.0), 1.0)
     model = Model(rig_from_text(load_rig("ornl_testbed").text), (), np.empty(0))
     now = evaluate(few, model, costs)
     nothing = np.empty((0, *now.readings.shape))
