@@ -1,4 +1,4 @@
-"""Which two explanations a search leaves in doubt, and what the next maneuver between them is."""
+"""Which explanations a search leaves in doubt, and what the next maneuver between them is."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 
 from config.load import LoadedRig
 from gap.look_alikes import look_alikes
-from gap.next_maneuver import NONE, next_maneuver
+from gap.next_maneuver import next_maneuver
+from gap.rivals import MOST_RIVALS, NONE
 from gap.search_state import Search, Step
 from gap.separation import Rival
 from gap.trial import Trial
@@ -18,23 +19,23 @@ Tell = Callable[[str], None]
 
 def next_of(loaded: LoadedRig, state: Search, word: Verdict, tell: Tell) -> dict[str, Any] | None:
     """For look-alikes and for tentative names; None when every name is confirmed or there is none."""
-    pair = doubtful(state, word)
-    if pair is None:
+    rivals = doubtful(state, word)
+    if not rivals:
         return None
-    tell(f"which maneuver would separate {pair[0].name} and {pair[1].name}?")
-    found = next_maneuver(loaded, *pair, tell, sorted(state.channels), thorough=False)
+    tell(f"which maneuver would separate {' and '.join(rival.name for rival in rivals)}?")
+    found = next_maneuver(loaded, rivals, tell, sorted(state.channels), thorough=False)
     return found.as_dict() if found else None
 
 
-def doubtful(state: Search, word: Verdict) -> tuple[Rival, Rival] | None:
+def doubtful(state: Search, word: Verdict) -> list[Rival]:
     """The first effect with look-alikes and the closest of them; without look-alikes, the last tentative one and its runner-up."""
-    unclear = next(((step.trial, alike[0]) for step in state.steps if (alike := look_alikes(state, step))), None)
+    unclear = next(((step.trial, *alike) for step in state.steps if (alike := look_alikes(state, step))), None)
     if unclear is not None:
-        return _rival(unclear[0]), _rival(unclear[1])
+        return [_rival(trial) for trial in unclear[:MOST_RIVALS]]
     if not state.steps or word.confirmed:
-        return None
+        return []
     last = state.steps[-1]
-    return _rival(last.trial), _runner_up(state, last)
+    return [_rival(last.trial), _runner_up(state, last)]
 
 
 def _runner_up(state: Search, step: Step) -> Rival:

@@ -41,7 +41,7 @@ def _moved(rival: Rival, comparison: Comparison) -> Rival:
     """One Gauss-Newton step of the second rival's own parameters, inside their ranges."""
     model = rival.model
     numbers = [k for k, free in enumerate(model.free) if not free.prior]
-    shift = comparison.step(1, numbers)
+    shift = comparison.step(numbers)
     theta = model.theta.copy()
     for k, move in zip(numbers, shift, strict=True):
         free = model.free[k]

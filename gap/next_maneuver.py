@@ -1,175 +1,100 @@
-"""Which maneuver would tell two explanations apart soonest: T-optimal over the shipped maneuvers and their forms within the envelope.
+"""Which maneuver would tell explanations apart soonest: T-optimal over the shipped maneuvers and their forms within the envelope.
 
-A best-first search: a maneuver that has not been simulated needs at least its own duration, one simulated with the constants held at
-least as long as that bound says; the maneuver whose exact time comes out of the queue first is the soonest of all. Where none
-separates, every sensor the rig does not have is tried on the most telling maneuvers.
+Of more than two the slowest pair counts; a maneuver that leaves fewer pairs open goes before a quicker one. A best-first search: a
+maneuver that has not been simulated needs at least its own duration, one simulated with the constants held at least as long as that
+bound says; the maneuver whose exact time comes out of the queue first is the soonest of all. Where none separates any pair, every
+sensor the rig does not have is tried on the most telling maneuvers.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count, islice
-from typing import Any
+from itertools import combinations, count, islice
 
 import numpy as np
 
-from config.errors import ConfigError, LongreachError
+from config.errors import LongreachError
 from config.load import LoadedRig
-from gap.candidates import candidates
 from gap.closed_loop import measured_on, planned
 from gap.designs import Design, designs
-from gap.extra_sensor import extra_sensors, with_sensors
-from gap.model import Model
-from gap.nuisance import nuisances
-from gap.separation import Comparison, Rival, Separation, compare
+from gap.extra_sensor import ExtraSensor, extra_sensors, with_sensors
+from gap.measured import Measured
+from gap.proposal import Pair, Proposal
+from gap.separation import Comparison, Rival, Run, Separation, observed
 from gap.settings import PROCESSORS
 
-LEAST_T = 9.0  # below this the two are the same to the maneuver, whatever is fitted
-WANTED_T = 5.0
-MOST_REPEATS = 10
 SENSOR_TRIALS = 2  # maneuvers on which sensors are tried
-NONE = "no missing effect"
 
 Tell = Callable[[str], None]
-_Entry = tuple[float, float, Design, Comparison, "Proposal | None"]  # least time until t > 5, -t, and what they belong to
-
-
-@dataclass(frozen=True, slots=True)
-class Proposal:
-    """One maneuver and how well it would separate the two; `sensor`: only with these channels fitted."""
-
-    design: Design
-    separates: tuple[str, str]
-    separation: Separation
-    duration_s: float
-    sensor: tuple[str, ...] = ()
-
-    @property
-    def repeats(self) -> int | None:
-        """Runs needed for t > 5; None when that is too many."""
-        return _repeats(self.separation)
-
-    @property
-    def time_s(self) -> float:
-        """Until t > 5."""
-        return self.duration_s * self.repeats if self.repeats else np.inf
-
-    @property
-    def why(self) -> str:
-        if self.repeats is None:
-            return f"no maneuver and no other sensor separates the two (t {self.separation.t:.1f} at best); change the payload or the oil"
-        runs = "one run" if self.repeats == 1 else f"needs {self.repeats} repeats for t > {WANTED_T:g}"
-        expected = f"expected t {self.separation.t:.1f} in {self.duration_s:.0f} s, {runs}"
-        return f"only another sensor separates the two: with {' and '.join(self.sensor)} {expected}" if self.sensor else expected
-
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "name": self.design.name,
-            "parameters": dict(self.design.parameters),
-            "why": self.why,
-            "expected_t": round(self.separation.t, 2),
-            "T": round(self.separation.T, 2),
-            "separates": list(self.separates),
-            "duration_s": round(self.duration_s, 2),
-            "repeats": self.repeats,
-            "sensor": list(self.sensor) or None,
-        }
 
 
 def next_maneuver(
-    loaded: LoadedRig, first: Rival, second: Rival, tell: Tell, measured: Sequence[str] | None = None, thorough: bool = True
+    loaded: LoadedRig, rivals: Sequence[Rival], tell: Tell, measured: Sequence[str] | None = None, thorough: bool = True
 ) -> Proposal | None:
-    """The maneuver that separates the two soonest, else a sensor that would; None when the rig allows no maneuver at all.
+    """The maneuver that separates the explanations soonest, else a sensor that would; None when the rig allows no maneuver at all.
 
     `measured`: channels the rig logs (default: all its plant has sensors for). Forms are made for the joints concerned; with `thorough`
     every shipped maneuver takes part as it is.
     """
     assert loaded.rig.plant is not None
-    course = _Course(loaded, (first, second), tuple(measured or loaded.rig.plant.sensors), tell)
-    found = course.soonest(designs(loaded.rig, _concerned(loaded, (first, second)), thorough))
-    if found is not None or not course.seen:
+    channels = tuple(measured or loaded.rig.plant.sensors)
+    extras = extra_sensors(loaded.rig, channels)
+    course = _Course(loaded, [replace(rival, model=with_sensors(rival.model, extras)) for rival in rivals], channels, extras, tell)
+    found = course.soonest(designs(loaded.rig, _concerned(loaded, rivals), thorough))
+    if found is None or found.repeats:
         return found
-    tell("no maneuver separates the two with the sensors fitted; trying others")
+    tell("no maneuver separates any of them with the sensors fitted; trying others")
     return course.best_sensor()
 
 
-def rival_of(
-    loaded: LoadedRig,
-    effect: str,
-    where: str,
-    parameters: Mapping[str, float] | None = None,
-    constants: Mapping[str, float] | None = None,
-) -> Rival:
-    """The rig with one effect at given parameters, or at its typical size. ConfigError when the rig has no place for it.
-
-    `constants`: refitted values of the rig file's constants, by their key.
-    """
-    base = no_effect(loaded, constants).model
-    assert loaded.rig.plant is not None
-    possible = candidates(loaded.rig, frozenset(loaded.rig.plant.sensors))
-    chosen = next((c for c in possible if (c.effect, c.where) == (effect, where)), None)
-    if chosen is None:
-        advice = f"Possible: {', '.join(sorted({c.label for c in possible}))}."
-        raise ConfigError("this effect cannot be added to the rig", value=f"{effect} at {where}", where=loaded.path, next_step=advice)
-    model = base.with_effect(chosen.entry, chosen.free)
-    values = [(parameters or {}).get(free.key, start) for free, start in zip(chosen.free, chosen.starts[0], strict=True)]
-    return Rival(chosen.label, model.with_theta(np.concatenate([base.theta, values])))
-
-
-def no_effect(loaded: LoadedRig, constants: Mapping[str, float] | None = None) -> Rival:
-    """The rig file without a further effect, its constants free."""
-    assert loaded.rig.plant is not None
-    free = nuisances(loaded, frozenset(loaded.rig.plant.sensors))
-    return Rival(NONE, Model(loaded.rig, free, np.array([(constants or {}).get(item.key, item.start) for item in free])))
-
-
 def _concerned(loaded: LoadedRig, rivals: Sequence[Rival]) -> list[str]:
-    """The joints at which the two differ; all of them when it is not a joint."""
+    """The joints at which they differ; all of them when it is not a joint."""
     joints = list(loaded.rig.joints)
     places = [rival.model.added[-1].where for rival in rivals if rival.model.added]
     named = [joint for joint in joints if any(place.removeprefix("sensor:").split(".")[0] == joint for place in places)]
     return named or joints
 
 
-def _repeats(separation: Separation) -> int | None:
-    if separation.T < LEAST_T or separation.t <= 0.0:
-        return None
-    needed = int(np.ceil((WANTED_T / separation.t) ** 2))
-    return needed if needed <= MOST_REPEATS else None
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What is known of one maneuver: bounds, or exact separations."""
+
+    proposal: Proposal
+    exact: bool
 
 
 @dataclass(slots=True)
 class _Course:
-    """One search: what was simulated, and the queue's steps."""
+    """One search: the explanations (with every sensor the rig could have), what was simulated, and the queue's steps."""
 
     loaded: LoadedRig
-    rivals: tuple[Rival, Rival]
+    rivals: Sequence[Rival]
     measured: tuple[str, ...]
+    extras: Sequence[ExtraSensor]
     tell: Tell
-    seen: list[tuple[Separation, Design]] = field(default_factory=list)
+    logs: dict[tuple[str, int], Measured] = field(default_factory=dict)
+    seen: list[Proposal] = field(default_factory=list)
 
     @property
-    def names(self) -> tuple[str, str]:
-        return self.rivals[0].name, self.rivals[1].name
+    def pairs(self) -> list[tuple[int, int]]:
+        return list(combinations(range(len(self.rivals)), 2))
 
     def soonest(self, wanted: Sequence[Design]) -> Proposal | None:
-        order = count()
-        queue: list[tuple[float, float, int, Design, Comparison | None, Proposal | None]] = []
+        """The best proposal, which may separate nothing; None when none of the maneuvers can be run."""
+        order, queue = count(), list[tuple[tuple[int, float, float], int, Design | _Known]]()
         for design in wanted:
             duration = self._duration(design)
             if duration is not None:
-                heapq.heappush(queue, (duration, -np.inf, next(order), design, None, None))
+                heapq.heappush(queue, ((0, duration, -np.inf), next(order), design))
         while queue:
-            least_s, _, _, design, comparison, proposal = heapq.heappop(queue)
-            if not np.isfinite(least_s):
-                return None
-            if proposal is not None:
-                return proposal
-            entry = self._bounded(design) if comparison is None else self._exact(design, comparison)
-            if entry is not None:
-                heapq.heappush(queue, (*entry[:2], next(order), *entry[2:]))
+            _, _, item = heapq.heappop(queue)
+            if isinstance(item, _Known) and (item.exact or not item.proposal.repeats):
+                return item.proposal
+            known = self._exact(item.proposal) if isinstance(item, _Known) else self._bounded(item)
+            if known is not None:
+                heapq.heappush(queue, (known.proposal.rank, next(order), known))
         return None
 
     def _duration(self, design: Design) -> float | None:
@@ -179,48 +104,92 @@ class _Course:
             self.tell(f"  {design.label}: not on this rig ({refused.refusal.what})")
             return None
 
-    def _bounded(self, design: Design) -> _Entry | None:
-        if any(design == other for _, other in self.seen):
+    def _log(self, design: Design, truth: int) -> Measured:
+        """What this explanation's rig would log. ManeuverError when that run would not be safe."""
+        key = (design.label, truth)
+        if key not in self.logs:
+            self.logs[key] = measured_on(self.rivals[truth].model.fitted_rig(), design.content)
+        return self.logs[key]
+
+    def _bounded(self, design: Design) -> _Known | None:
+        """Every pair with the constants held, the first of it as the truth."""
+        if any(design == other.design for other in self.seen):
             return None
         try:
-            comparison = compare(self.loaded, *self.rivals, design.content, self.measured, PROCESSORS)
+            found = {pair: comparison.bound() for pair, comparison in self._comparisons(design, self.pairs, self.measured)}
         except LongreachError as refused:
             self.tell(f"  {design.label}: not on this rig ({refused.refusal.what})")
             return self._bounded(design.smaller) if design.smaller else None
-        bound = comparison.bound()
-        self.seen.append((bound, design))
-        self.tell(f"  {design.label}: expected t at most {bound.t:.1f} in {comparison.log.duration_s:.0f} s")
-        return Proposal(design, self.names, bound, comparison.log.duration_s).time_s, -bound.t, design, comparison, None
+        proposal = self._proposal(design, found)
+        self.seen.append(proposal)
+        self.tell(f"  {design.label}: expected t at most {proposal.least.t:.1f} in {proposal.duration_s:.0f} s")
+        return _Known(proposal, exact=False)
 
-    def _exact(self, design: Design, comparison: Comparison) -> _Entry | None:
+    def _exact(self, bound: Proposal) -> _Known | None:
+        """Every pair for which the bound leaves hope, with everything refitted, either of it as the truth."""
+        design = bound.design
         if not self._safe(design):
             return self._bounded(design.smaller) if design.smaller else None
-        separation = comparison.exact()
-        self.tell(f"  {design.label}: expected t {separation.t:.1f} with all constants refitted")
-        proposal = Proposal(design, self.names, separation, comparison.log.duration_s)
-        return proposal.time_s, -separation.t, design, comparison, proposal
+        found = {pair: told.separation for pair, told in zip(self.pairs, bound.pairs, strict=True)}
+        for way in (1, -1):
+            open_ = [pair for pair, told in zip(self.pairs, self._proposal(design, found).pairs, strict=True) if told.repeats]
+            ways = [(a, b) if way > 0 else (b, a) for a, b in open_]
+            for (truth, rival), comparison in self._comparisons(design, ways, self.measured):
+                pair = (min(truth, rival), max(truth, rival))
+                found[pair] = found[pair].or_less(comparison.exact())
+        proposal = self._proposal(design, found)
+        self.tell(f"  {design.label}: expected t {proposal.least.t:.1f} with all constants refitted")
+        return _Known(proposal, exact=True)
 
     def _safe(self, design: Design) -> bool:
-        """Whether the second rival's rig could run it too: either may be the truth. The first has run it already."""
-        try:
-            measured_on(self.rivals[1].model.fitted_rig(), design.content)
-        except LongreachError as refused:
-            self.tell(f"  {design.label}: not if {self.rivals[1].name} is the truth ({refused.refusal.what})")
-            return False
+        """Whether the rigs of all explanations could run it: any of them may be the truth."""
+        for number, rival in enumerate(self.rivals):
+            try:
+                self._log(design, number)
+            except LongreachError as refused:
+                self.tell(f"  {design.label}: not if {rival.name} is the truth ({refused.refusal.what})")
+                return False
         return True
 
+    def _comparisons(
+        self, design: Design, pairs: Sequence[tuple[int, int]], channels: Sequence[str]
+    ) -> Iterator[tuple[tuple[int, int], Comparison]]:
+        """(truth, rival) in turn; what the truth leaves of its own log is computed once."""
+        for truth in sorted({pair[0] for pair in pairs}):
+            run = self._run(design, truth, channels)
+            own = run.own()
+            yield from ((pair, run.beside(self.rivals[pair[1]], own)) for pair in pairs if pair[0] == truth)
+
+    def _run(self, design: Design, truth: int, channels: Sequence[str]) -> Run:
+        return observed(self.loaded, self.rivals[truth], self._log(design, truth), channels, PROCESSORS)
+
+    def _proposal(self, design: Design, found: Mapping[tuple[int, int], Separation], sensor: ExtraSensor | None = None) -> Proposal:
+        pairs = tuple(Pair((self.rivals[a].name, self.rivals[b].name), found[a, b]) for a, b in self.pairs)
+        return Proposal(design, pairs, self._log(design, 0).duration_s, sensor)
+
     def best_sensor(self) -> Proposal:
-        """Sensors the rig does not have, on the maneuvers whose bound was highest."""
-        order = sorted(self.seen, key=lambda item: -item[0].T)
-        telling = list(islice((item for item in order if self._safe(item[1])), SENSOR_TRIALS)) or order[:1]
-        extras = extra_sensors(self.loaded.rig, self.measured)
-        every = (*self.measured, *(channel for extra in extras for channel in extra.channels))
-        rivals = [replace(rival, model=with_sensors(rival.model, extras)) for rival in self.rivals]
-        found = []
-        for bound, design in telling:
-            comparison = compare(self.loaded, rivals[0], rivals[1], design.content, every, PROCESSORS)
-            found.append(Proposal(design, self.names, bound, comparison.log.duration_s))
-            for extra, separation in zip(extras, comparison.each([(*self.measured, *extra.channels) for extra in extras]), strict=True):
-                self.tell(f"  {design.label} with {' and '.join(extra.channels)}: expected t {separation.t:.1f}")
-                found.append(Proposal(design, self.names, separation, comparison.log.duration_s, extra.channels))
-        return min(found, key=lambda p: (p.time_s, -p.separation.T))
+        """Sensors the rig does not have, on the maneuvers on which they would show the explanations furthest apart."""
+        order = sorted(self.seen, key=lambda item: -self._apart(item.design))
+        telling = list(islice((item for item in order if self._safe(item.design)), SENSOR_TRIALS)) or order[:1]
+        found = telling[:1]
+        for bound in telling:
+            told: list[dict[tuple[int, int], Separation]] = [{} for _ in self.extras]
+            for pair, comparison in self._comparisons(bound.design, self.pairs, self._every):
+                for known, separation in zip(told, comparison.each([(*self.measured, *e.channels) for e in self.extras]), strict=True):
+                    known[pair] = separation
+            for extra, separations in zip(self.extras, told, strict=True):
+                proposal = self._proposal(bound.design, separations, extra)
+                self.tell(f"  {bound.design.label} with {extra.text}: expected t {proposal.least.t:.1f}")
+                found += [proposal] if proposal.repeats else []
+        return min(found, key=lambda proposal: proposal.rank)
+
+    @property
+    def _every(self) -> tuple[str, ...]:
+        """All channels, with those of sensors the rig does not have."""
+        return (*self.measured, *(channel for extra in self.extras for channel in extra.channels))
+
+    def _apart(self, design: Design) -> float:
+        """How far apart sensors the rig does not have would show the nearest pair, before anything is refitted."""
+        if not self.extras:
+            return 0.0
+        return min(float(np.max(self._run(design, a, self._every).apart(self.rivals[b]))) for a, b in self.pairs)

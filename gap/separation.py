@@ -1,13 +1,15 @@
-"""How well one maneuver separates two explanations, one of them allowed to refit.
+"""How well a maneuver separates two explanations when one of them is the truth and the other may refit.
 
-Both models get the same commands, those of the closed loop of the first, and start every window where that run was. With d the
-difference of their readings over the noise, T = ‖P d‖²: P takes out what the start states, the rig's uncertain constants within their
-priors and the rival's own parameters can do. The smaller of T(first, second) and T(second, first) counts.
+The maneuver is run on the rig of one explanation; both then predict that log window by window, as a search would, each with the start
+states marginalised about itself. T = ‖P r‖² − ‖P₀ r₀‖²: r is what the rival leaves of the log in noise units, and P takes out what its
+start states, the rig's uncertain constants within their priors and its own parameters can do. r₀ is what the true model leaves of its
+own log: windows start from a smoothed motion, so near standstill even the truth is not predicted exactly, and what is no more than
+that separates nothing. A projection shared by both would not do: a late encoder starts its windows in another phase of the motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,15 +18,14 @@ import numpy as np
 from config.load import LoadedRig
 from gap.closed_loop import measured_on
 from gap.compare import paired_t
-from gap.evaluation import Costing, Evaluation, judged
-from gap.initial_states import marginalised, start_states
+from gap.evaluation import Evaluation, evaluate
 from gap.measured import Array, Measured
 from gap.model import Free, Model
 from gap.noise import noise_floors
 from gap.sensitivity import projected, sensitivities
 from gap.simulate import simulate
 from gap.window_length import window_length_s
-from gap.windows import prepare
+from gap.windows import Experiment, prepare
 
 _LOOSE = 1e-6  # precision of a parameter without a prior
 
@@ -39,28 +40,56 @@ class Rival:
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """`T` in noise units squared; `t`: what the search would compute for the pair on this log, window by window."""
+    """`T` in noise units squared, 0 where the rival leaves no more than the truth; `t`: what the search would compute for the pair on
+    this log, window by window."""
 
     T: float
     t: float
 
+    def or_less(self, other: Separation) -> Separation:
+        """What both allow."""
+        return Separation(min(self.T, other.T), min(self.t, other.t))
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A maneuver run on the rig of one explanation, cut into windows of the `channels` looked at."""
+
+    truth: Rival
+    experiment: Experiment
+    channels: tuple[str, ...]
+
+    def apart(self, rival: Rival) -> Array:
+        """Mean square distance of the two from window starts in common, in noise units, of every channel."""
+        readings = simulate(self.experiment, [self.truth.model.vector(), rival.model.vector()])
+        away = (readings[1] - readings[0]) / self.experiment.sigma
+        return np.asarray(np.mean(np.nan_to_num(away) ** 2, axis=(0, 1)))
+
+    def own(self) -> Evaluation:
+        """How well the truth predicts its own log."""
+        return evaluate(self.experiment, self.truth.model, None)
+
+    def beside(self, rival: Rival, own: Evaluation) -> Comparison:
+        """The rival on the same log; `own` of this run."""
+        return Comparison(rival, own, evaluate(self.experiment, rival.model, None), self.channels)
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Two rivals on one simulated log: windows × values of their difference, start states taken out."""
+    """A rival on a log of the truth: what the truth leaves of it and what the rival does, windows × (values + start states)."""
 
-    rivals: tuple[Rival, Rival]
-    base: tuple[Evaluation, Evaluation]
-    difference: Array
+    rival: Rival
+    own: Evaluation
+    seen: Evaluation
     channels: tuple[str, ...]
 
     @property
     def log(self) -> Measured:
-        return self.base[0].experiment.log
+        return self.seen.experiment.log
 
     def bound(self) -> Separation:
         """With the constants held: no more than this can the maneuver separate."""
-        return self._least([self._columns(side, _own(rival.model)) for side, rival in enumerate(self.rivals)], self._kept(self.channels))
+        return self._least(_own(self.rival.model), [self.channels])[0]
 
     def exact(self) -> Separation:
         """With everything refitted."""
@@ -68,70 +97,66 @@ class Comparison:
 
     def each(self, sets: Sequence[Sequence[str]]) -> list[Separation]:
         """With everything refitted, as if only the channels of each set were measured."""
-        columns = [self._columns(side, range(len(rival.model.free))) for side, rival in enumerate(self.rivals)]
-        return [self._least(columns, self._kept(channels)) for channels in sets]
+        return self._least(range(len(self.rival.model.free)), sets)
 
-    def step(self, side: int, numbers: Sequence[int]) -> Array:
-        """How these numbers of one rival would have to move (in their scales) for it to come nearest to the other."""
-        columns, free = self._columns(side, numbers)
-        flat = columns.reshape(len(free), self.difference.size)
-        towards = self.difference.ravel() if side == 1 else -self.difference.ravel()
-        return np.asarray(np.linalg.lstsq(flat.T, towards, rcond=None)[0])
+    def step(self, numbers: Sequence[int]) -> Array:
+        """How these numbers of the rival would have to move (in their scales) for it to come nearest to the truth."""
+        columns, free = self._columns(numbers)
+        flat = columns.reshape(len(free), self.seen.left.size)
+        return np.asarray(np.linalg.lstsq(flat.T, self.seen.left.ravel(), rcond=None)[0])
 
-    def _columns(self, side: int, numbers: Sequence[int]) -> tuple[Array, list[Free]]:
-        base, model = self.base[side], self.rivals[side].model
-        free = [model.free[k] for k in numbers]
+    def _columns(self, numbers: Sequence[int]) -> tuple[Array, list[Free]]:
+        free = [self.rival.model.free[k] for k in numbers]
         if not free:
-            return np.zeros((0, *self.difference.shape)), free
-        return projected(base, sensitivities(model, [base.experiment], numbers, [base.readings])[0]), free
+            return np.zeros((0, *self.seen.left.shape)), free
+        found = sensitivities(self.rival.model, [self.seen.experiment], numbers, [self.seen.readings])[0]
+        return projected(self.seen, found), free
 
-    def _kept(self, channels: Sequence[str]) -> Array:
+    def _least(self, numbers: Sequence[int], sets: Sequence[Sequence[str]]) -> list[Separation]:
+        columns, free = self._columns(numbers)
+        return [self._separation(columns, free, channels) for channels in sets]
+
+    def _separation(self, columns: Array, free: list[Free], channels: Sequence[str]) -> Separation:
+        kept = self._kept(self.seen, channels)
+        e, flat = (self.seen.left * kept).ravel(), (columns * kept).reshape(len(free), self.seen.left.size)
+        precision = np.diag([1.0 if item.prior else _LOOSE for item in free])
+        shift = np.linalg.solve(flat @ flat.T + precision, flat @ e) if free else np.zeros(0)
+        rest = (e - shift @ flat).reshape(self.seen.left.shape)
+        floor = self.own.left * self._kept(self.own, channels)
+        T = float(np.sum(rest**2) + shift @ precision @ shift - np.sum(floor**2))
+        return Separation(max(T, 0.0), self._expected_t(rest, floor, channels) if T > 0.0 else 0.0)
+
+    def _kept(self, evaluation: Evaluation, channels: Sequence[str]) -> Array:
         """1 for the values of the channels that count and for the start states."""
-        shape = self.base[0].experiment.measured.shape
-        kept = np.ones(self.difference.shape[1])
+        shape = evaluation.experiment.measured.shape
+        kept = np.ones(evaluation.left.shape[1])
         kept[: shape[1] * shape[2]] = np.tile([name in channels for name in self.channels], shape[1])
         return kept
 
-    def _least(self, columns: Sequence[tuple[Array, list[Free]]], kept: Array) -> Separation:
-        found = [self._separation(c * kept, free, self.difference * kept) for c, free in columns]
-        return min(found, key=lambda item: item.T)
+    def _expected_t(self, rest: Array, floor: Array, channels: Sequence[str]) -> float:
+        """The search's own comparison, the noise at its expectation: it adds 1 to the cost of every window."""
+        whole = self.seen.experiment
+        counted = np.array([name in channels for name in self.channels])
+        experiment = replace(whole, measured=np.where(counted, whole.measured, np.nan))
+        values = np.maximum(np.isfinite(experiment.measured).sum(axis=(1, 2)), 1)
+        sides = [replace(self.seen, experiment=experiment, window_costs=1.0 + np.sum(left**2, axis=1) / values) for left in (rest, floor)]
+        return max(paired_t(sides[:1], sides[1:]), 0.0)
 
-    def _separation(self, columns: Array, free: list[Free], difference: Array) -> Separation:
-        flat, e = columns.reshape(len(free), difference.size), difference.ravel()
-        precision = np.diag([1.0 if item.prior else _LOOSE for item in free])
-        shift = np.linalg.solve(flat @ flat.T + precision, flat @ e) if free else np.zeros(0)
-        rest = e - shift @ flat
-        T = float(rest @ rest + shift @ precision @ shift)
-        return Separation(T, self._expected_t(rest.reshape(difference.shape)))
 
-    def _expected_t(self, rest: Array) -> float:
-        """The search's own comparison, the noise at its expectation: costs 1 with the truth, more with the rival."""
-        experiment = self.base[0].experiment
-        values = experiment.measured.shape[1] * experiment.measured.shape[2]
-        right = replace(self.base[0], window_costs=np.ones(experiment.windows))
-        wrong = replace(self.base[0], window_costs=1.0 + (rest**2).sum(axis=1) / values)
-        return max(paired_t([wrong], [right]), 0.0)
+def observed(loaded: LoadedRig, truth: Rival, log: Measured, measured: Sequence[str] | None = None, workers: int = 1) -> Run:
+    """The truth's own log, cut into windows. `measured`: the channels looked at (default: all of the log)."""
+    channels = tuple(name for name in log.channels if measured is None or name in measured)
+    sigma: Mapping[str, float] = noise_floors([log], truth.model.rig)
+    window_s = window_length_s(loaded.rig, [log], sigma)
+    return Run(truth, prepare(log, truth.model.rig, sigma, window_s, channels, workers), channels)
 
 
 def compare(
-    loaded: LoadedRig, first: Rival, second: Rival, maneuver: dict[str, Any], measured: Sequence[str] | None = None, workers: int = 1
+    loaded: LoadedRig, truth: Rival, rival: Rival, maneuver: dict[str, Any], measured: Sequence[str] | None = None, workers: int = 1
 ) -> Comparison:
-    """Run the maneuver on the first rival's rig and compare on its log. ManeuverError when that run would not be safe.
-
-    `measured`: the channels that will be logged (default: all the plant has sensors for).
-    """
-    log = measured_on(first.model.fitted_rig(), maneuver)
-    channels = [name for name in log.channels if measured is None or name in measured]
-    sigma = noise_floors([log], first.model.rig)
-    experiment = prepare(log, first.model.rig, sigma, window_length_s(loaded.rig, [log], sigma), channels, workers)
-    vectors = [rival.model.vector() for rival in (first, second)]
-    freer = max(vectors, key=lambda p: len(start_states(p, experiment)))
-    projection = marginalised(experiment, freer)
-    plain = Costing(np.full(len(channels), np.inf), 1.0)
-    base = [judged(experiment, readings, projection, plain) for readings in simulate(experiment, vectors)]
-    apart = (base[0].readings - base[1].readings) / experiment.sigma
-    difference = projection.apply(np.nan_to_num(apart).reshape(experiment.windows, -1))
-    return Comparison((first, second), (base[0], base[1]), difference, tuple(channels))
+    """Run the maneuver on the truth's rig and let the rival predict its log. ManeuverError when that run would not be safe."""
+    run = observed(loaded, truth, measured_on(truth.model.fitted_rig(), maneuver), measured, workers)
+    return run.beside(rival, run.own())
 
 
 def _own(model: Model) -> list[int]:

@@ -1,4 +1,4 @@
-"""`gap next`: the maneuver that separates two explanations soonest, or the sensor that would."""
+"""`gap next`: the maneuver that separates explanations soonest, or the sensor that would."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 def register(verbs: Any) -> None:
-    parser = verbs.add_parser("next", help="which maneuver separates two explanations soonest, or which sensor would")
+    parser = verbs.add_parser("next", help="which maneuver separates explanations soonest, or which sensor would")
     parser.add_argument("--rig", required=True, metavar="RIG.yaml", help="the rig file, or the name of a shipped rig")
     parser.add_argument("--findings", type=Path, metavar="findings.json", help="the leading explanations of an earlier `gap find`")
     parser.add_argument(
         "--between",
-        nargs=2,
+        nargs="+",
         metavar="EFFECT@PLACE",
-        help="two effects, e.g. coulomb_friction@rotary valve_deadband@rotary; `none` stands for no missing effect",
+        help="two or more effects, e.g. coulomb_friction@rotary valve_deadband@rotary; `none` stands for no missing effect",
     )
     add_json_option(parser)
     parser.set_defaults(run_command=_next)
@@ -37,8 +37,8 @@ def _next(arguments: argparse.Namespace) -> int:
     loaded = load_rig(arguments.rig)
     content = json.loads(arguments.findings.read_text()) if arguments.findings else {}
     measured = list(content["gap"]["channels"]) if content else None
-    first, second = _explanations(loaded, arguments.between, content, str(arguments.findings))
-    proposal = next_maneuver(loaded, first, second, teller(arguments.json), measured)
+    rivals = _explanations(loaded, arguments.between, content, str(arguments.findings))
+    proposal = next_maneuver(loaded, rivals, teller(arguments.json), measured)
     if arguments.json:
         print(json.dumps({"proposal": proposal.as_dict() if proposal else None}))
     elif proposal is None:
@@ -50,41 +50,59 @@ def _next(arguments: argparse.Namespace) -> int:
 
 def advice(proposal: dict[str, Any]) -> str:
     """What to run, how, and what to expect of it."""
-    pair = " or ".join(proposal["separates"])
+    them = " or ".join(proposal["separates"])
     if not proposal["repeats"]:
-        return f"{pair}: {proposal['why']}"
+        return f"{them}: {proposal['why']}"
+    each = [_expected(pair) for pair in proposal["pairs"]] if len(proposal["pairs"]) > 1 else []
     changes = " ".join(f"--set {key}='{_word(value)}'" for key, value in proposal["parameters"].items())
-    return f"{pair}: {proposal['why']}\n  longreach start {proposal['name']} --approach {changes}".rstrip()
+    command = f"  longreach start {proposal['name']} --approach {changes}".rstrip()
+    return "\n".join([f"{them}: {proposal['why']}", *each, command])
+
+
+def _expected(pair: dict[str, Any]) -> str:
+    names = " or ".join(pair["between"])
+    return f"  {names}: expected t {pair['expected_t']:.1f}" if pair["repeats"] else f"  {names}: not told apart"
 
 
 def _word(value: Any) -> str:
     return "{" + ", ".join(f"{k}: {v}" for k, v in value.items()) + "}" if isinstance(value, dict) else str(value)
 
 
-def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dict[str, Any], path: str) -> tuple[Rival, Rival]:
+def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dict[str, Any], path: str) -> list[Rival]:
     """From --between, else the finding in doubt and what it is hard to tell from."""
-    from gap.designs import designs
-    from gap.matching import matched
-    from gap.next_maneuver import no_effect, rival_of
+    from gap.rivals import MOST_RIVALS, no_effect, rival_of
 
     if between:
-        named = [word.partition("@") for word in between]
-        first, second = (no_effect(loaded) if effect == "none" else rival_of(loaded, effect, where) for effect, _, where in named)
-        return first, matched(loaded, first, second, designs(loaded.rig, list(loaded.rig.joints), thorough=False))
+        return _given(loaded, between)
     if not content:
         raise ConfigError("nothing to separate", where="gap next", next_step="Give --findings findings.json or --between A@PLACE B@PLACE.")
-    constants = {key: item["value"] for key, item in content["parameters"].items()}
-    doubtful = [item for item in content["findings"] if item["look_alikes"]] or [i for i in content["findings"] if not i["confirmed"]]
+    findings = content["findings"]
+    doubtful = [item for item in findings if item["look_alikes"]] or [item for item in findings if not item["confirmed"]]
     if not doubtful:
         advice = "Every finding stands alone. Use --between to compare two effects all the same."
         raise ConfigError("the findings leave nothing in doubt", where=path, next_step=advice)
-    chosen, others = doubtful[0], doubtful[0]["look_alikes"]
-    rival = _rival(loaded, others[0], constants) if others else no_effect(loaded, constants)
-    return _rival(loaded, chosen, constants), rival
+    base = no_effect(loaded, {key: item["value"] for key, item in content["parameters"].items()})
+    for item in findings:
+        if item is not doubtful[0]:
+            base = rival_of(loaded, item["effect"], item["where"], _values(item), base)
+    alike = [doubtful[0], *doubtful[0]["look_alikes"]][:MOST_RIVALS]
+    found = [rival_of(loaded, item["effect"], item["where"], _values(item), base) for item in alike]
+    return found if len(found) > 1 else [*found, base]
 
 
-def _rival(loaded: LoadedRig, item: dict[str, Any], constants: dict[str, float]) -> Rival:
-    from gap.next_maneuver import rival_of
+def _given(loaded: LoadedRig, between: Sequence[str]) -> list[Rival]:
+    """The effects named, each made as like the first as it can be."""
+    from gap.designs import designs
+    from gap.matching import matched
+    from gap.rivals import no_effect, rival_of
 
-    values = {key: parameter["value"] for key, parameter in item["parameters"].items()}
-    return rival_of(loaded, item["effect"], item["where"], values, constants)
+    if len(between) < 2:
+        raise ConfigError("one explanation cannot be told from itself", value=between[0], where="--between", next_step="Give two or more.")
+    named = [word.partition("@") for word in between]
+    first, *others = (no_effect(loaded) if effect == "none" else rival_of(loaded, effect, where) for effect, _, where in named)
+    forms = designs(loaded.rig, list(loaded.rig.joints), thorough=False)
+    return [first, *(matched(loaded, first, other, forms) for other in others)]
+
+
+def _values(item: dict[str, Any]) -> dict[str, float]:
+    return {key: parameter["value"] for key, parameter in item["parameters"].items()}

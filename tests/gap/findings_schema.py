@@ -97,7 +97,7 @@ FINDINGS = thing(
     parameters=named(CONSTANT),
     gap=GAP,
     not_seen=several(thing(effect=text, smallest_visible=optional(number), unit=text)),
-    next_maneuver=optional(thing(name=text, why=text, expected_t=number, separates=several(text, 2))),
+    next_maneuver=optional(thing(name=text, why=text, expected_t=number, separates=several(text))),
     software=text,
     inputs=several(thing(file=text, sha256=sha256)),
 )

@@ -10,8 +10,8 @@ from config.errors import ManeuverError
 from config.load import LoadedRig, load_rig
 from gap.closed_loop import measured_on
 from gap.designs import Design, designs
-from gap.fit import projected, sensitivities
-from gap.next_maneuver import no_effect, rival_of
+from gap.rivals import no_effect, rival_of
+from gap.sensitivity import projected, sensitivities
 from gap.separation import Comparison, compare
 
 START = {"start": {"axis": "0.125 m"}, "joint": "axis"}
@@ -29,14 +29,13 @@ def comparison() -> Comparison:
 
 
 def test_the_constants_take_their_share_as_in_the_gaussian_integral(comparison: Comparison) -> None:
-    """With only priors free, T = eᵀ (I + J Jᵀ)⁻¹ e; the side without an effect has nothing but priors."""
-    rival, base = comparison.rivals[1], comparison.base[1]
+    """With only priors free, T = eᵀ (I + J Jᵀ)⁻¹ e less what the truth leaves; the side without an effect has nothing but priors."""
+    rival, seen = comparison.rival, comparison.seen
     numbers = range(len(rival.model.free))
-    columns = projected(base, sensitivities(rival.model, [base.experiment], numbers, [base.readings])[0])
-    J, e = columns.reshape(len(numbers), -1).T, comparison.difference.ravel()
-    direct = float(e @ np.linalg.solve(np.eye(e.size) + J @ J.T, e))
-    assert pytest.approx(direct, rel=1e-6) == comparison._separation(*comparison._columns(1, numbers), comparison.difference).T
-    assert direct * (1 + 1e-9) >= comparison.exact().T
+    columns = projected(seen, sensitivities(rival.model, [seen.experiment], numbers, [seen.readings])[0])
+    J, e = columns.reshape(len(numbers), -1).T, seen.left.ravel()
+    direct = float(e @ np.linalg.solve(np.eye(e.size) + J @ J.T, e)) - float(np.sum(comparison.own.left**2))
+    assert pytest.approx(direct, rel=1e-6) == comparison.exact().T
 
 
 def test_refitting_only_takes_away(comparison: Comparison) -> None:
@@ -50,6 +49,18 @@ def test_an_explanation_is_not_separated_from_itself() -> None:
     found = compare(loaded, same, same, TRIANGLE.content).exact()
     assert pytest.approx(0.0, abs=1e-6) == found.T
     assert found.t == 0.0
+
+
+def test_a_late_command_is_not_separated_from_a_late_encoder_by_what_starts_of_windows_leave() -> None:
+    """Exactly the same on the position, but each starts its windows in another phase of the motion; near standstill start states taken
+    out about one of the two alone left T > 100 on this wave."""
+    loaded = axis()
+    command = rival_of(loaded, "transport_delay", "axis", {"delay": 0.004})
+    encoder = rival_of(loaded, "sensor_delay", "sensor:axis.position", {"delay": 0.004})
+    wave = next(d for d in designs(loaded.rig, ["axis"], thorough=False) if d.parameters.get("amplitude") == "2 V" and "2 Hz" in d.label)
+    found = [compare(loaded, *pair, wave.content).bound() for pair in ((command, encoder), (encoder, command))]
+    assert min(side.T for side in found) < 9.0
+    assert min(side.t for side in found) < 0.5
 
 
 def test_what_would_near_an_interlock_is_not_run() -> None:
