@@ -10,10 +10,16 @@ from config.section import Section, quantity
 
 
 class OilPoint(Section):
-    """What the joint needs at one oil temperature: u = velocity_feedforward · velocity_factor · rate + friction · sign(rate) + bias."""
+    """What the joint needs at one oil temperature: u = velocity_feedforward · velocity_factor · rate + friction · sign(rate) + bias.
+
+    A cylinder whose areas differ takes more volts a rate in than out: `velocity_factor_back` is its factor towards smaller positions.
+    """
 
     temperature_C: float = quantity("degC", "oil temperature of this point", low=-40, high=120)
     velocity_factor: float = Field(default=1.0, ge=0.1, le=10.0, description="times velocity_feedforward")
+    velocity_factor_back: float | None = Field(
+        default=None, ge=0.1, le=10.0, description="the same towards smaller positions (areas of a cylinder differ); default: as forth"
+    )
     friction_V: float = quantity("V", "added in the direction of motion: flow that leaks while friction is overcome", 0.0, low=-2, high=2)
     bias_V: float = quantity("V", "added in both directions: the valve's null, which moves with temperature", 0.0, low=-2, high=2)
 

@@ -44,6 +44,23 @@ def test_between_two_points_on_a_straight_line_and_constant_beyond() -> None:
         assert table.bias_V == pytest.approx(bias)
 
 
+def test_each_direction_has_its_own_factor_and_nothing_jumps_at_rest() -> None:
+    """20 °C: 0.97 forth and 1.12 back; 60 °C: 0.98, and back the same, since nothing else is said."""
+    points = (
+        "{temperature: 20 degC, velocity_factor: 0.97, velocity_factor_back: 1.12, friction: 0.05 V}, "
+        "{temperature: 60 degC, velocity_factor: 0.98, friction: 0.05 V}"
+    )
+    servo = _rig(points=points).servo["rotary"]
+    assert servo.oil_compensation is not None
+    feedforward = servo.velocity_feedforward
+    for measured, forth, back in ((20.0, 0.97, 1.12), (40.0, 0.975, 1.05), (60.0, 0.98, 0.98)):
+        table = OilCompensation(servo.oil_compensation, feedforward, 0.001)
+        table.measure(measured)
+        assert table.volts(0.3) == pytest.approx((forth - 1.0) * feedforward * 0.3 + 0.05, abs=1e-12)
+        assert table.volts(-0.3) == pytest.approx((1.0 - back) * feedforward * 0.3 - 0.05, abs=1e-12)
+        assert abs(table.volts(1e-9) - table.volts(-1e-9)) < 1e-8
+
+
 def test_at_rest_friction_is_not_pushed_against() -> None:
     table = _table()
     table.measure(60.0)
@@ -105,9 +122,9 @@ def test_a_snapshot_continues_bit_for_bit() -> None:
 
 
 def test_which_signals_are_asked_for() -> None:
-    assert temperature_signals(_rig()) == ("rotary.return_temperature", None)
+    assert temperature_signals(_rig()) == ("rotary.return_temperature", "prismatic.return_temperature")
     without = apply_overrides(TEXT, ["servo.rotary.oil_compensation=null", "end_point=null"])
-    assert temperature_signals(rig_from_text(without)) == (None, None)
+    assert temperature_signals(rig_from_text(without)) == (None, "prismatic.return_temperature")
 
 
 @pytest.mark.parametrize(
