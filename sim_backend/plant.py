@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from config.errors import PlantError
 from config.rig import Rig
-from sim_backend import compile_cache, kernel
+from sim_backend import compile_cache, kernel, servo_run
 from sim_backend.layout import D_STRIDE, DIFFERENTIAL, J_START, J_STRIDE, SIGNALS, SLOTS, STATES, C, D, H, J, X
 from sim_backend.parameters import Parameters
 from sim_backend.sensors import raw_counts, start_sensors
@@ -124,6 +124,28 @@ class SimulatedRig:
         for name in self.signal_names():
             result[name] = signals[:, self.parameters.signal(name)]
         return result | ({"raw": raw} if sense else {})
+
+    def follow(self, references: ArrayLike, servos: ArrayLike, period_s: float, rows: int) -> dict[str, NDArray[np.float64]]:
+        """Hold the joints on references by simple servos, in one compiled call: for hours of moving whose heat is wanted.
+
+        `references`: shape (n, 2 × joints), a row a period: positions (rad or m), then rates. `servos`: shape (joints, 3): gain (V per
+        rad or m), feed-forward (V per rad/s or m/s), largest command (V). Positions are the true ones. n must be a multiple of `rows`.
+
+        Returns arrays of length `rows`, means over their shares of the time: valve `flow` (m³/s), `reservoir_temperature`,
+        `supply_temperature`, `return_temperature`, `metal_temperature` (degC).
+        """
+        given, gains = np.asarray(references, dtype=np.float64), np.asarray(servos, dtype=np.float64)
+        joints = len(self.joints)
+        if given.ndim != 2 or given.shape[1] != 2 * joints or gains.shape != (joints, 3) or rows < 1 or len(given) % rows:
+            limit = f"(a multiple of {rows}, {2 * joints}) and ({joints}, 3)"
+            raise PlantError("references and servos do not fit the rig", value=(given.shape, gains.shape), limit=limit)
+        placed, servo = np.zeros((len(given), 2 * SLOTS)), np.zeros((SLOTS, 3))
+        for joint, slot in enumerate(self._slots):
+            placed[:, slot], placed[:, SLOTS + slot], servo[slot] = given[:, joint], given[:, joints + joint], gains[joint]
+        self._period_s = period_s
+        out = np.empty((rows, len(servo_run.COLUMNS)))
+        servo_run.servo_run(self.state, self.parameters.values, self._work, self._scratch, placed, servo, period_s, out)
+        return {name: out[:, column] for column, name in enumerate(servo_run.COLUMNS)}
 
     def signal_names(self) -> list[str]:
         """Every signal that has a true value here, fitted with a sensor or not."""
