@@ -10,13 +10,13 @@ import numpy as np
 from config.rig import Rig
 from control.signals import Mode
 from recording.reader import Log
-from tuning.oil_table import OilRow, fitted_row
+from tuning.oil_table import LEAST_SPREAD, OilRow, fitted_row
 from tuning.transfer import Floats
 
 STEADY_S = 0.1  # over which the reference's rate changes little
 STEADY_SHARE, SLOWEST_SHARE = 0.05, 0.05  # of the joint's rate limit: that change, and the slowest rate that counts
 BIN_K = 5.0
-FEWEST_S, LEAST_SPREAD = 1.0, 0.1  # of motion in each direction; of the rates' spread over their mean, else slope and friction look alike
+FEWEST_S = 1.0  # of motion in each direction
 
 
 @dataclass(frozen=True, slots=True, eq=False)

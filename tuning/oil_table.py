@@ -1,7 +1,7 @@
 """The table of a joint's oil compensation, from steady speeds at constant commands on the simulated rig at several temperatures.
 
-At one temperature u = a·v + s·sign(v) + b over the speeds of ordinary moves in both directions: slope, friction, bias. A cylinder,
-whose two directions differ in slope, gets the one that serves both.
+At one temperature u = a·v + s·sign(v) + b over the speeds of ordinary moves: slope, friction, bias. The slope has a value for either
+direction: a cylinder with areas A₁ and A₂ takes √(A₁/A₂) times the volts a speed on its way back (physics.md §2.3).
 """
 
 from __future__ import annotations
@@ -20,14 +20,17 @@ TEMPERATURES_C = (15.0, 25.0, 35.0, 45.0, 55.0, 65.0)
 SHARES = (0.08, 0.16, 0.24, 0.32)  # of the joint's rate limit
 RUN_S, MEASURED_S = 0.9, 0.3
 PERIOD_S = 0.001
+LEAST_SPREAD = 0.1  # of the speeds of one direction over their mean, else slope and friction look alike
+SAME_SLOPE = 0.005
 
 
 @dataclass(frozen=True, slots=True)
 class OilRow:
-    """One point of the table; `slope` in V per rad/s or m/s."""
+    """One point of the table; slopes in V per rad/s or m/s, `slope_back` towards smaller positions."""
 
     temperature_C: float
     slope: float
+    slope_back: float
     friction_V: float
     bias_V: float
 
@@ -40,28 +43,39 @@ def oil_table(rig: Rig, joint: str, temperatures_C: Sequence[float] = TEMPERATUR
 def as_override(rig: Rig, joint: str, source: str, rows: Sequence[OilRow]) -> str:
     """The table as a change of the rig file: servo.JOINT.oil_compensation={...}."""
     feedforward = rig.servo[joint].velocity_feedforward
-    points = [
-        f"{{temperature: {row.temperature_C:g} degC, velocity_factor: {row.slope / feedforward:.4f}, "
+    points = ", ".join(_point(row, feedforward) for row in rows)
+    return f"servo.{joint}.oil_compensation={{source: {source}, points: [{points}]}}"
+
+
+def _point(row: OilRow, feedforward: float) -> str:
+    back = f"velocity_factor_back: {row.slope_back / feedforward:.4f}, " if abs(row.slope_back / row.slope - 1.0) > SAME_SLOPE else ""
+    return (
+        f"{{temperature: {row.temperature_C:g} degC, velocity_factor: {row.slope / feedforward:.4f}, {back}"
         f"friction: {row.friction_V:.4f} V, bias: {row.bias_V:.4f} V}}"
-        for row in rows
-    ]
-    return f"servo.{joint}.oil_compensation={{source: {source}, points: [{', '.join(points)}]}}"
+    )
 
 
 def fitted_row(temperature_C: float, rates: Floats, volts: Floats) -> OilRow:
-    """Least squares of u = a·v + s·sign(v) + b over steady speeds in both directions (rad/s or m/s, V)."""
-    columns = np.column_stack([rates, np.sign(rates), np.ones(len(rates))])
-    slope, friction, bias = np.linalg.lstsq(columns, volts, rcond=None)[0]
-    return OilRow(temperature_C, float(slope), float(friction), float(bias))
+    """Least squares of u = a·v + s·sign(v) + b over steady speeds in both directions (rad/s or m/s, V).
+
+    Where the speeds of one direction are too much alike to tell slope from friction, one slope serves both.
+    """
+    forth = rates > 0.0
+    spread = [float(np.std(part) / np.mean(np.abs(part))) for part in (rates[forth], rates[~forth])]
+    own = min(spread) > LEAST_SPREAD
+    slopes = [np.where(forth, rates, 0.0), np.where(forth, 0.0, rates)] if own else [rates]
+    columns = np.column_stack([*slopes, np.sign(rates), np.ones(len(rates))])
+    *slope, friction, bias = (float(value) for value in np.linalg.lstsq(columns, volts, rcond=None)[0])
+    return OilRow(temperature_C, slope[0], slope[-1], friction, bias)
 
 
 def _row(rig: Rig, joint: str, temperature_C: float) -> OilRow:
     full_V = rig.servo[joint].velocity_feedforward * rig.joints[joint].rate_limit
     volts = np.array([direction * share * full_V for direction in (1.0, -1.0) for share in SHARES])
-    return fitted_row(temperature_C, np.array([_speed(rig, joint, float(u), temperature_C) for u in volts]), volts)
+    return fitted_row(temperature_C, np.array([steady_rate(rig, joint, float(u), temperature_C) for u in volts]), volts)
 
 
-def _speed(rig: Rig, joint: str, command_V: float, temperature_C: float) -> float:
+def steady_rate(rig: Rig, joint: str, command_V: float, temperature_C: float) -> float:
     """Steady rate under a constant command, through the middle of the travel; the link does not bend, nothing warms up."""
     plant = SimulatedRig(rig)
     values = plant.parameters.values

@@ -27,6 +27,7 @@ from daemon.cli import (
     shape_command,
     status_commands,
     twin_command,
+    warm_up_command,
 )
 
 Command = Callable[[argparse.Namespace], int]
@@ -54,6 +55,7 @@ def build_parser() -> argparse.ArgumentParser:
         gap_command,
         identify_command,
         shape_command,
+        warm_up_command,
         twin_command,
         faults_command,
     ):

@@ -13,9 +13,9 @@ from config.rig import Rig
 from sim_backend.warm_up import warm_up
 from tuning.describing_function import FrictionCompliance
 from tuning.exact_cycle import ExactLoop
+from tuning.five_hours import stated_flow
 from tuning.paper.row import PAYLOAD_KG, SWEEP_HZ
 from tuning.paper.rows_cycles import predictions
-from tuning.paper.rows_figures import five_hours
 from tuning.paper.rows_link import EXTENSIONS_IN, PAYLOADS_LB, map_of_frequencies
 from tuning.release import PRISMATIC
 from tuning.sine_test import SineTest, rotary, velocity_response
@@ -28,7 +28,7 @@ Bode = Sequence[tuple[str, Complexes, str]]  # label, response per V, line style
 
 
 def figure_2(rig: Rig) -> Figure:
-    ran = warm_up(rig, five_hours(), 1.0, 22.0)
+    ran = warm_up(rig, stated_flow(), 1.0, 22.0)
     figure, axes = _axes(1)
     for name, label in (("supply_temperature", "supply port"), ("reservoir_temperature", "reservoir")):
         axes[0].plot(ran["t_s"] / 3600.0, ran[name], label=label)

@@ -8,13 +8,13 @@ from config.rig import Rig
 from sim_backend.layout import C
 from sim_backend.plant import SimulatedRig
 from sim_backend.warm_up import warm_up
+from tuning.five_hours import stated_flow
 from tuning.paper.row import PAYLOAD_KG, SWEEP_HZ, Row, figures, near
 from tuning.release import PRISMATIC
 from tuning.sine_test import SineTest, decibels, rotary, velocity_response
 from tuning.transfer import Floats
 from tuning.variants import with_valve, without_effect
 
-GPM = 6.30902e-5
 PRISMATIC_HZ = (1.0, 3.0, 5.0, 8.0, 12.0)
 
 
@@ -33,15 +33,8 @@ def thermal_gain(rig: Rig) -> Row:
     )
 
 
-def five_hours() -> Floats:
-    """Valve flow (m³/s) every second: 20 min idle, then cycles of 12 min large, 8 min fast and small, 5 min pause."""
-    cycle = np.concatenate([np.full(12 * 60, 5.0), np.full(8 * 60, 1.2), np.full(5 * 60, 0.6)])
-    flow = np.concatenate([np.full(20 * 60, 0.6), np.tile(cycle, 12)])
-    return flow[: 5 * 3600] * GPM
-
-
 def warm_up_run(rig: Rig) -> Row:
-    ran = warm_up(rig, five_hours(), 1.0, 22.0)
+    ran = warm_up(rig, stated_flow(), 1.0, 22.0)
     t, reservoir, supply = ran["t_s"] / 3600.0, ran["reservoir_temperature"], ran["supply_temperature"]
     hourly = np.interp(np.arange(6), t, reservoir)
     rise = float(t[np.argmax(reservoir >= 22.0 + 0.63 * (reservoir[-1] - 22.0))])
@@ -57,7 +50,7 @@ def warm_up_run(rig: Rig) -> Row:
         "rising trend, end 50–60 °C, 63 % at 1–1.5 h, supply ripple 4–9 K and > 3× the reservoir's, crossings",
         "ranges",
         ok and crossings >= 2,
-        "hourly " + figures([float(x) for x in hourly], ".1f") + " °C; thermal constants are assumed",
+        f"hourly {figures([float(x) for x in hourly], '.1f')} °C; constants assumed; flows as stated, the plant's own: longreach warm-up",
     )
 
 
