@@ -157,8 +157,7 @@ class _Course:
         """(truth, rival) in turn; what the truth leaves of its own log is computed once."""
         for truth in sorted({pair[0] for pair in pairs}):
             run = self._run(design, truth, channels)
-            own = run.own()
-            yield from ((pair, run.beside(self.rivals[pair[1]], own)) for pair in pairs if pair[0] == truth)
+            yield from ((pair, run.beside(self.rivals[pair[1]])) for pair in pairs if pair[0] == truth)
 
     def _run(self, design: Design, truth: int, channels: Sequence[str]) -> Run:
         return observed(self.loaded, self.rivals[truth], self._log(design, truth), channels, PROCESSORS)

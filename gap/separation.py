@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ class Separation:
         return Separation(min(self.T, other.T), min(self.t, other.t))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Run:
     """A maneuver run on the rig of one explanation, cut into windows of the `channels` looked at."""
 
@@ -65,39 +66,40 @@ class Run:
         away = (readings[1] - readings[0]) / self.experiment.sigma
         return np.asarray(np.mean(np.nan_to_num(away) ** 2, axis=(0, 1)))
 
+    @cached_property
     def own(self) -> Evaluation:
         """How well the truth predicts its own log."""
         return evaluate(self.experiment, self.truth.model, None)
 
-    def beside(self, rival: Rival, own: Evaluation) -> Comparison:
-        """The rival on the same log; `own` of this run."""
-        return Comparison(rival, own, evaluate(self.experiment, rival.model, None), self.channels)
+    def beside(self, rival: Rival) -> Comparison:
+        """The rival on the same log."""
+        return Comparison(self, rival, evaluate(self.experiment, rival.model, None))
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """A rival on a log of the truth: what the truth leaves of it and what the rival does, windows × (values + start states)."""
+    """A rival on a log of the truth: `seen` is what it leaves of it, windows × (values + start states)."""
 
+    run: Run
     rival: Rival
-    own: Evaluation
     seen: Evaluation
-    channels: tuple[str, ...]
 
     @property
     def log(self) -> Measured:
         return self.seen.experiment.log
 
     def bound(self) -> Separation:
-        """With the constants held: no more than this can the maneuver separate."""
-        return self._least(_own(self.rival.model), [self.channels])[0]
+        """With the constants held and a truth that predicts its log exactly: no more than this can the maneuver separate."""
+        return self._separation(*self._columns(_own(self.rival.model)), self.run.channels, None)
 
     def exact(self) -> Separation:
-        """With everything refitted."""
-        return self.each([self.channels])[0]
+        """With everything refitted, beside what the truth itself leaves."""
+        return self.each([self.run.channels])[0]
 
     def each(self, sets: Sequence[Sequence[str]]) -> list[Separation]:
         """With everything refitted, as if only the channels of each set were measured."""
-        return self._least(range(len(self.rival.model.free)), sets)
+        columns, free = self._columns(range(len(self.rival.model.free)))
+        return [self._separation(columns, free, channels, self.run.own) for channels in sets]
 
     def step(self, numbers: Sequence[int]) -> Array:
         """How these numbers of the rival would have to move (in their scales) for it to come nearest to the truth."""
@@ -112,17 +114,13 @@ class Comparison:
         found = sensitivities(self.rival.model, [self.seen.experiment], numbers, [self.seen.readings])[0]
         return projected(self.seen, found), free
 
-    def _least(self, numbers: Sequence[int], sets: Sequence[Sequence[str]]) -> list[Separation]:
-        columns, free = self._columns(numbers)
-        return [self._separation(columns, free, channels) for channels in sets]
-
-    def _separation(self, columns: Array, free: list[Free], channels: Sequence[str]) -> Separation:
+    def _separation(self, columns: Array, free: list[Free], channels: Sequence[str], own: Evaluation | None) -> Separation:
         kept = self._kept(self.seen, channels)
         e, flat = (self.seen.left * kept).ravel(), (columns * kept).reshape(len(free), self.seen.left.size)
         precision = np.diag([1.0 if item.prior else _LOOSE for item in free])
         shift = np.linalg.solve(flat @ flat.T + precision, flat @ e) if free else np.zeros(0)
         rest = (e - shift @ flat).reshape(self.seen.left.shape)
-        floor = self.own.left * self._kept(self.own, channels)
+        floor = own.left * self._kept(own, channels) if own else np.zeros_like(rest)
         T = float(np.sum(rest**2) + shift @ precision @ shift - np.sum(floor**2))
         return Separation(max(T, 0.0), self._expected_t(rest, floor, channels) if T > 0.0 else 0.0)
 
@@ -130,13 +128,13 @@ class Comparison:
         """1 for the values of the channels that count and for the start states."""
         shape = evaluation.experiment.measured.shape
         kept = np.ones(evaluation.left.shape[1])
-        kept[: shape[1] * shape[2]] = np.tile([name in channels for name in self.channels], shape[1])
+        kept[: shape[1] * shape[2]] = np.tile([name in channels for name in self.run.channels], shape[1])
         return kept
 
     def _expected_t(self, rest: Array, floor: Array, channels: Sequence[str]) -> float:
         """The search's own comparison, the noise at its expectation: it adds 1 to the cost of every window."""
         whole = self.seen.experiment
-        counted = np.array([name in channels for name in self.channels])
+        counted = np.array([name in channels for name in self.run.channels])
         experiment = replace(whole, measured=np.where(counted, whole.measured, np.nan))
         values = np.maximum(np.isfinite(experiment.measured).sum(axis=(1, 2)), 1)
         sides = [replace(self.seen, experiment=experiment, window_costs=1.0 + np.sum(left**2, axis=1) / values) for left in (rest, floor)]
@@ -155,8 +153,7 @@ def compare(
     loaded: LoadedRig, truth: Rival, rival: Rival, maneuver: dict[str, Any], measured: Sequence[str] | None = None, workers: int = 1
 ) -> Comparison:
     """Run the maneuver on the truth's rig and let the rival predict its log. ManeuverError when that run would not be safe."""
-    run = observed(loaded, truth, measured_on(truth.model.fitted_rig(), maneuver), measured, workers)
-    return run.beside(rival, run.own())
+    return observed(loaded, truth, measured_on(truth.model.fitted_rig(), maneuver), measured, workers).beside(rival)
 
 
 def _own(model: Model) -> list[int]:

@@ -34,7 +34,7 @@ def test_the_constants_take_their_share_as_in_the_gaussian_integral(comparison: 
     numbers = range(len(rival.model.free))
     columns = projected(seen, sensitivities(rival.model, [seen.experiment], numbers, [seen.readings])[0])
     J, e = columns.reshape(len(numbers), -1).T, seen.left.ravel()
-    direct = float(e @ np.linalg.solve(np.eye(e.size) + J @ J.T, e)) - float(np.sum(comparison.own.left**2))
+    direct = float(e @ np.linalg.solve(np.eye(e.size) + J @ J.T, e)) - float(np.sum(comparison.run.own.left**2))
     assert pytest.approx(direct, rel=1e-6) == comparison.exact().T
 
 
@@ -58,7 +58,7 @@ def test_a_late_command_is_not_separated_from_a_late_encoder_by_what_starts_of_w
     command = rival_of(loaded, "transport_delay", "axis", {"delay": 0.004})
     encoder = rival_of(loaded, "sensor_delay", "sensor:axis.position", {"delay": 0.004})
     wave = next(d for d in designs(loaded.rig, ["axis"], thorough=False) if d.parameters.get("amplitude") == "2 V" and "2 Hz" in d.label)
-    found = [compare(loaded, *pair, wave.content).bound() for pair in ((command, encoder), (encoder, command))]
+    found = [compare(loaded, *pair, wave.content).exact() for pair in ((command, encoder), (encoder, command))]
     assert min(side.T for side in found) < 9.0
     assert min(side.t for side in found) < 0.5
 
