@@ -80,7 +80,7 @@ def find(
     write_whole(out / "findings.json", as_text(found.content))
     write_whole(out / "rig.yaml", found.improved_text)
     tell("writing the report")
-    write_report(found, out / "report.html", fresh)
+    write_report(found, out / "report.html", fresh, settings.request)
     return found
 
 

@@ -20,10 +20,10 @@ from gap.unseen import Unseen
 from tuning.record_file import write_whole
 
 
-def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = ()) -> None:
-    """Write the page."""
+def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = (), request: Path | None = None) -> None:
+    """Write the page. `request`: the first hold-out's run, where that log does not hold it."""
     parts = [_head(found), _findings(found), _next(found), _places(found), _shrink(found), _unseen(unseen), _fingerprints(found),
-             _spectra(found), _replay(found), _constants(found), _not_seen(found), _diff(found), _inputs(found)]  # fmt: skip
+             _spectra(found), _replay(found, request), _constants(found), _not_seen(found), _diff(found), _inputs(found)]  # fmt: skip
     write_whole(path, page(f"{found.rig.rig.name}: {found.verdict.word}", parts))
 
 
@@ -113,11 +113,11 @@ def _spectra(found: Found) -> str:
     return f"<h2>Spectrum of what is left of {escape(name)}</h2>" + plots.spectra(found.nominal, found.final, channel, name)
 
 
-def _replay(found: Found) -> str:
+def _replay(found: Found, request: Path | None) -> str:
     """The first hold-out log's run under the real controller, from the reference."""
     title = "<h2>Closed-loop replay</h2>"
     improved = rig_from_text(found.improved_text, "improved rig.yaml")
-    shown = replays(found.state.holdouts[0].log.path, found.rig.rig, improved)
+    shown = replays(found.state.holdouts[0].log.path, found.rig.rig, improved, request)
     if isinstance(shown, str):
         return title + paragraph(shown)
     said = (

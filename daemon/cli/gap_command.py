@@ -35,6 +35,12 @@ def _register_find(verbs: Any) -> None:
     )
     parser.add_argument("--out", type=Path, default=Path("gap"), metavar="DIR", help="where the results go (default ./gap)")
     parser.add_argument("--window", type=float, metavar="S", help="length of the windows compared (default: by the kind of arm)")
+    parser.add_argument(
+        "--request",
+        type=Path,
+        metavar="FILE",
+        help="maneuver file, or run request (JSON), of the first hold-out: what the report runs again when a table does not say",
+    )
     add_json_option(parser)
     parser.set_defaults(run_command=_find)
 
@@ -44,7 +50,7 @@ def _find(arguments: argparse.Namespace) -> int:
     from gap.settings import Settings
 
     tell = teller(False)
-    settings = Settings(window_s=arguments.window)
+    settings = Settings(window_s=arguments.window, request=arguments.request)
     found = find(arguments.rig, arguments.log, arguments.holdout, arguments.out, tell, settings, arguments.unused)
     print(json.dumps(found.content) if arguments.json else summary(found.content, arguments.out))
     return 0
