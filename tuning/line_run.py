@@ -53,7 +53,7 @@ class LineRun:
     @cached_property
     def hold_amplitudes(self) -> Floats:
         """Amplitude of the tip's vibration 1.0 s after the planned end of every move, m/s²."""
-        return np.array([self._amplitude(end) for end in self.move_ends_s])
+        return np.array([self.amplitude(end) for end in self.move_ends_s])
 
     @property
     def largest_line(self) -> float:
@@ -61,7 +61,8 @@ class LineRun:
         frequencies, lines = hann_spectrum(self.tip_acceleration, self.period_s)
         return float(lines[(frequencies >= SPECTRUM_HZ[0]) & (frequencies <= SPECTRUM_HZ[1])].max())
 
-    def _amplitude(self, end_s: float) -> float:
+    def amplitude(self, end_s: float) -> float:
+        """Of the tip's vibration 1.0 s after this time, m/s²."""
         middle = round((end_s + AFTER_MOVE_S) / self.period_s)
         frequency = self.link.frequency_Hz(float(self.position[min(middle, len(self.position) - 1), 1]))
         half = round(0.5 * PERIODS / frequency / self.period_s)
@@ -109,10 +110,12 @@ def coupled_run(
     temperature_C: float | None = None,
     heat_C: Floats | None = None,
     holding_s: float = SETTLING_S,
+    resting_s: float = 0.0,
 ) -> LineRun:
     """The whole rig: controller as in the daemon, sensors with noise and counts, hydraulics, friction, link.
 
-    `heat_C`: temperatures of the heat stores (RESERVOIR to OIL) to start from; `holding_s`: holding before the run.
+    `heat_C`: temperatures of the heat stores (RESERVOIR to OIL) to start from; `holding_s`: holding before the run; `resting_s`: going
+    on after the program's end, until the shaper is at rest and then holding.
     """
     plant, controller = SimulatedRig(rig, seed), Controller(rig)
     plant.reset(list(plan.start_position), temperature_C if heat_C is None else float(heat_C[-1]))
@@ -120,11 +123,12 @@ def coupled_run(
         plant.state[H.RESERVOIR : H.OIL + 1] = heat_C
     period_s = 1.0 / rig.loop.rate_Hz
     senses = _Senses(rig, plant)
-    holding, count = round(holding_s / period_s), round(plan.program.duration_s / period_s)
+    holding, count = round(holding_s / period_s), round((plan.program.duration_s + resting_s) / period_s)
+    ended = round((plan.program.duration_s + plan.flush_s) / period_s) + 1
     controller.prepare(plan)
     table = np.empty((count, 6))
     for cycle in range(-holding, count):
-        mode = Mode.HOLDING if cycle < 0 else Mode.RUNNING
+        mode = Mode.RUNNING if 0 <= cycle <= ended else Mode.HOLDING
         position, deflection, acceleration, oil = senses.read()
         out = controller.step(Inputs(cycle + holding, int(mode), plan.run, position, deflection, acceleration, oil))
         if cycle >= 0:

@@ -8,7 +8,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from config.errors import LogError
-from tuning.shape_recommendation import Recommendation
+from tuning.shape_recommendation import Recommendation, Residual
+
+VIBRATION = "largest hold vibration / (m/s²): ideal joints full, whole rig dashed"
 
 
 def shape_plot(found: Recommendation, out: Path) -> None:
@@ -16,16 +18,26 @@ def shape_plot(found: Recommendation, out: Path) -> None:
     figure = Figure(figsize=(12.0, 7.0), layout="constrained")
     FigureCanvasAgg(figure)
     axis = figure.subplots()
-    error_percent = [100.0 * error for error in found.errors]
     for candidate in found.candidates:
-        if not candidate.refused:
-            width = 3.0 if candidate.kind == found.chosen else 1.2
-            axis.semilogy(error_percent, candidate.by_error, linewidth=width, label=f"{candidate.kind} ({candidate.late_s:.2f} s late)")
+        if candidate.ideal is None:
+            continue
+        width, late_s = (3.0 if candidate.kind == found.chosen else 1.2), candidate.judged.late_s
+        (line,) = axis.semilogy(*_curve(candidate.ideal), linewidth=width, label=f"{candidate.kind} ({late_s:.2f} s late)")
+        if candidate.coupled is not None:
+            axis.semilogy(*_curve(candidate.coupled), "o--", linewidth=width, color=line.get_color())
     axis.axhline(found.allowed_mps2, color="black", linestyle=":", label="allowed")
-    axis.set(xlabel="true link frequency over believed, error / %", ylabel="largest hold vibration / (m/s²)", title=found.why)
+    axis.set(
+        xlabel="true link frequency over believed, error / %",
+        ylabel=VIBRATION,
+        title=found.why,
+    )
     axis.grid(alpha=0.3, which="both")
     axis.legend(ncols=2)
     try:
         figure.savefig(out, dpi=100, format="png")
     except OSError as error:
         raise LogError("the picture cannot be written", value=error.strerror or str(error), where=str(out)) from error
+
+
+def _curve(residual: Residual) -> tuple[list[float], list[float]]:
+    return [100.0 * error for error in residual.errors], list(residual.by_error)

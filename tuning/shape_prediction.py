@@ -56,17 +56,16 @@ def predicted(rig: Rig, plan: RunPlan, errors: tuple[float, ...] = ERRORS) -> Pr
     table = np.array(cycles)
     position, rate = table[:, : len(names)], table[:, len(names) :]
     theta, length = names.index("rotary"), names.index("prismatic")
-    holds = [
-        (move, end) for move, end in _moves(plan) if round((end + AFTER_MOVE_S) / period_s) < len(table) + round(AFTER_MOVE_S / period_s)
-    ]
+    after = round(AFTER_MOVE_S / period_s)
+    holds = [(move, end) for move, end in judged_moves(plan) if round(end / period_s) < len(table)]
     if not holds:
         raise ManeuverError(
             "no move of the run can be judged", where=str(plan.request.maneuver["name"]), next_step="It needs a move with a hold."
         )
-    still = round(AFTER_MOVE_S / period_s) + 1  # the run may end before the last hold is judged
+    still = after + 1  # the run may end before the last hold is judged
     motion = _Motion(rate[:, theta], position[:, length], rate[:, length], period_s, still)
     envelope = _envelope(rig.link_mode, motion, np.array(errors))
-    residual = np.array([envelope[round((end + AFTER_MOVE_S) / period_s)] for _, end in holds])
+    residual = np.array([envelope[round(end / period_s) + after] for _, end in holds])
     late = np.array([lateness(position, end, period_s, names) for _, end in holds])
     return Prediction(tuple(move for move, _ in holds), np.array(errors), residual, late)
 
@@ -85,7 +84,7 @@ def lateness(position: Floats, planned_end_s: float, period_s: float, names: lis
     return float(np.flatnonzero(away)[-1] + 1) * period_s if away.any() else 0.0
 
 
-def _moves(plan: RunPlan) -> list[tuple[str, float]]:
+def judged_moves(plan: RunPlan) -> list[tuple[str, float]]:
     """Name and planned end (s) of every move that a hold follows."""
     segments = plan.segments
     return [

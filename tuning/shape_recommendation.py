@@ -1,4 +1,5 @@
-"""Which command filter for these moves: every filter predicted, and the quickest one that stays within the allowed vibration."""
+"""Which command filter for these moves: every filter predicted on ideal joints and on the whole simulated rig, and the quickest one that
+stays within the allowed vibration."""
 
 from __future__ import annotations
 
@@ -15,23 +16,41 @@ from control.planning import plan_run
 from control.run_plan import RunPlan
 from control.run_request import RunRequest
 from control.shaper_choice import KINDS
+from tuning.coupled_prediction import can_be_coupled, predicted_coupled
 from tuning.shape_prediction import ERRORS, Prediction, predicted
 
 ALLOWED_MPS2 = 0.1
 Tell = Callable[[str], None]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
-    """One filter over all maneuvers: residual (m/s²) at no error and worst over the errors, `by_error` the largest hold at each error,
-    the largest delay (s). `refused`: why it cannot be used; then there are no numbers."""
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """One filter over all maneuvers: vibration left (m/s²) at no error of the frequency and worst over the errors, the largest hold at
+    each of `errors`, the largest delay (s)."""
 
-    kind: str
     nominal_mps2: float
     worst_mps2: float
     late_s: float
+    errors: tuple[float, ...]
     by_error: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """`ideal`: on joints that follow exactly; `coupled`: on the whole simulated rig, None where the rig file has no plant or was not
+    asked. `refused`: why the filter cannot be used; then there are neither."""
+
+    kind: str
+    ideal: Residual | None
+    coupled: Residual | None = None
     refused: str = ""
+
+    @property
+    def judged(self) -> Residual:
+        """By what it is recommended or not."""
+        best = self.coupled or self.ideal
+        assert best is not None
+        return best
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +58,13 @@ class Recommendation:
     """All filters, unshaped first; `chosen` is one of their kinds, `why` a sentence."""
 
     candidates: tuple[Candidate, ...]
-    errors: tuple[float, ...]
     allowed_mps2: float
     chosen: str
     why: str
 
     def decibels(self, candidate: Candidate) -> float:
         """Worst residual relative to the unshaped one."""
-        return 20.0 * log10(max(candidate.worst_mps2, 1e-9) / self.candidates[0].worst_mps2)
+        return 20.0 * log10(max(candidate.judged.worst_mps2, 1e-9) / self.candidates[0].judged.worst_mps2)
 
 
 def recommend(
@@ -55,35 +73,43 @@ def recommend(
     shaper: dict[str, Any],
     allowed_mps2: float = ALLOWED_MPS2,
     errors: tuple[float, ...] = ERRORS,
+    coupled: bool = True,
     tell: Tell = lambda line: None,
 ) -> Recommendation:
-    """`maneuvers`: contents as in a run's request; `shaper`: what all filters have in common (joints, focal).
+    """`maneuvers`: contents as in a run's request; `shaper`: what all filters have in common (joints, focal). `coupled`: also run every
+    filter on the rig file's plant, at the first, the middle and the last of the errors, and judge by that.
 
     Raises ManeuverError when a maneuver is not possible even without filter, or the rig has no link.
     """
     candidates = []
     for kind in ("none", *(each for each in KINDS if each != "none")):
         tell(f"predicting {kind}")
-        candidates.append(_candidate(rig, maneuvers, {**shaper, "kind": kind}, errors))
+        candidates.append(_candidate(rig, maneuvers, {**shaper, "kind": kind}, errors, coupled and can_be_coupled(rig)))
     if candidates[0].refused:
         raise ManeuverError("the maneuver is not possible", value=candidates[0].refused)
     chosen, why = _choose(candidates, allowed_mps2)
-    return Recommendation(tuple(candidates), errors, allowed_mps2, chosen, why)
+    return Recommendation(tuple(candidates), allowed_mps2, chosen, why)
 
 
-def _candidate(rig: Rig, maneuvers: Sequence[dict[str, Any]], shaper: dict[str, Any], errors: tuple[float, ...]) -> Candidate:
+def _candidate(
+    rig: Rig, maneuvers: Sequence[dict[str, Any]], shaper: dict[str, Any], errors: tuple[float, ...], coupled: bool
+) -> Candidate:
     kind = str(shaper["kind"])
     try:
-        found = [predicted(rig, _plan(rig, maneuver, shaper), errors) for maneuver in maneuvers]
+        plans = [_plan(rig, maneuver, shaper) for maneuver in maneuvers]
+        ideal = _residual([predicted(rig, plan, errors) for plan in plans])
     except ManeuverError as error:
-        return Candidate(kind, np.nan, np.nan, np.nan, (), str(error))
+        return Candidate(kind, None, refused=str(error))
+    few = tuple(dict.fromkeys((errors[0], errors[len(errors) // 2], errors[-1])))
+    return Candidate(kind, ideal, _residual([predicted_coupled(rig, plan, few) for plan in plans]) if coupled else None)
+
+
+def _residual(found: Sequence[Prediction]) -> Residual:
     by_error = np.max(np.vstack([each.residual_mps2 for each in found]), axis=0)
     late = max(float(np.max(each.late_s)) for each in found)
-    return Candidate(kind, max(each.nominal_mps2 for each in found), _worst(found), late, tuple(map(float, by_error)))
-
-
-def _worst(found: Sequence[Prediction]) -> float:
-    return max(each.worst_mps2 for each in found)
+    errors = tuple(map(float, found[0].errors))
+    nominal = max(each.nominal_mps2 for each in found)
+    return Residual(nominal, max(each.worst_mps2 for each in found), late, errors, tuple(map(float, by_error)))
 
 
 def _plan(rig: Rig, maneuver: dict[str, Any], shaper: dict[str, Any]) -> RunPlan:
@@ -94,18 +120,17 @@ def _plan(rig: Rig, maneuver: dict[str, Any], shaper: dict[str, Any]) -> RunPlan
 
 
 def _choose(candidates: Sequence[Candidate], allowed_mps2: float) -> tuple[str, str]:
-    usable = [each for each in candidates if not each.refused]
-    enough = [each for each in usable if each.worst_mps2 <= allowed_mps2]
+    usable = [(each, each.judged) for each in candidates if not each.refused]
+    enough = [(each, judged) for each, judged in usable if judged.worst_mps2 <= allowed_mps2]
     if not enough:
-        best = min(usable, key=lambda each: each.worst_mps2)
-        return (
-            best.kind,
-            f"no filter stays below {allowed_mps2:g} m/s² over all errors; {best.kind} comes nearest with {best.worst_mps2:.3f} m/s²",
-        )
-    if usable[0] in enough:
-        return usable[0].kind, f"no filter is needed: {usable[0].worst_mps2:.3f} m/s² at worst without, {allowed_mps2:g} m/s² is allowed"
-    best = min(enough, key=lambda each: (round(each.late_s, 2), each.worst_mps2))
+        best, left = min(usable, key=lambda pair: pair[1].worst_mps2)
+        why = f"no filter stays below {allowed_mps2:g} m/s² over all errors; {best.kind} comes nearest with {left.worst_mps2:.3f} m/s²"
+        return best.kind, why
+    unshaped, left = usable[0]
+    if left.worst_mps2 <= allowed_mps2:
+        return unshaped.kind, f"no filter is needed: {left.worst_mps2:.3f} m/s² at worst without, {allowed_mps2:g} m/s² is allowed"
+    best, left = min(enough, key=lambda pair: (round(pair[1].late_s, 2), pair[1].worst_mps2))
     return best.kind, (
         f"{best.kind} is the quickest of {len(enough)} that stay below {allowed_mps2:g} m/s² over all errors: "
-        f"{best.worst_mps2:.3f} m/s² at worst, {best.late_s:.2f} s later than planned"
+        f"{left.worst_mps2:.3f} m/s² at worst, {left.late_s:.2f} s later than planned"
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from daemon.start_request import requested_maneuver
 
 
 def register(commands: Any) -> None:
-    summary = "recommend a command filter for given moves: residual vibration over a frequency error, and time cost, of every filter"
+    summary = "recommend a command filter for given moves: vibration left over a frequency error, and time cost, of every filter"
     parser = commands.add_parser("shape", help=summary, description=summary)
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
     parser.add_argument("--maneuver", action="append", metavar="NAME", help="maneuver or file; may be repeated (default paper_line)")
@@ -34,6 +33,7 @@ def register(commands: Any) -> None:
     parser.add_argument("--focal", default="mid", help="of fixed filters: initial, final, mid or a number in Hz (default mid)")
     parser.add_argument("--both-joints", action="store_true", help="filter both joints, so that the line stays straight")
     parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="draw residual over error")
+    parser.add_argument("--ideal", action="store_true", help="judge on ideal joints; the runs are not simulated on the rig file's plant")
     add_json_option(parser)
     parser.set_defaults(run_command=_shape)
 
@@ -46,16 +46,18 @@ def _shape(arguments: argparse.Namespace) -> int:
     shaper = shaper_request(argparse.Namespace(**{**vars(arguments), "shaper": "none", "delay": None}), list(rig.joints))
     maneuvers = [requested_maneuver(maneuver_text(name), arguments.set)[0] for name in arguments.maneuver or ["paper_line"]]
     errors = tuple(arguments.error / 100.0 * share for share in (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0))
-    found = recommend(rig, maneuvers, shaper, to_si(arguments.allowed, "m/s^2"), errors, teller(arguments.json))
+    allowed_mps2 = to_si(arguments.allowed, "m/s^2")
+    found = recommend(rig, maneuvers, shaper, allowed_mps2, errors, not arguments.ideal, teller(arguments.json))
     if arguments.output:
         shape_plot(found, arguments.output)
     if arguments.json:
         rows = [{**dataclasses.asdict(each), "worst_dB": found.decibels(each)} for each in found.candidates if not each.refused]
         refused = {each.kind: each.refused for each in found.candidates if each.refused}
-        answer = {"chosen": found.chosen, "why": found.why, "errors": found.errors, "allowed_mps2": found.allowed_mps2}
+        answer = {"chosen": found.chosen, "why": found.why, "allowed_mps2": found.allowed_mps2}
         print(json.dumps({**answer, "filters": rows, "refused": refused}))
         return 0
-    console().print(_table(found))
+    console().print(_table(found, arguments.error))
+    print("".join(f"{each.kind} cannot be used: {each.refused}\n" for each in found.candidates if each.refused), end="")
     print(f"{found.why}\nlongreach start MANEUVER --shaper {found.chosen}")
     return 0
 
@@ -69,15 +71,17 @@ def _loaded(arguments: argparse.Namespace) -> LoadedRig:
     return LoadedRig(rig_from_text(text, loaded.path), text, loaded.path)
 
 
-def _table(found: Any) -> Table:
-    percent = 100.0 * found.errors[-1]
-    title = f"vibration left 1.0 s after the moves on ideal joints, m/s², and worst within ±{percent:g} % of the frequency"
+def _table(found: Any, percent: float) -> Table:
+    """Filters that can be used; without error and worst over the errors, on ideal joints and on the whole rig."""
+    usable = [each for each in found.candidates if not each.refused]
+    coupled = any(each.coupled is not None for each in usable)
+    title = f"vibration left 1.0 s after the moves, m/s²; worst: within ±{percent:g} % of the frequency"
     table = Table(title=title, title_justify="left", header_style="bold")
-    for heading in ("filter", "no error", "worst", "worst, dB", "later, s", ""):
-        table.add_column(heading, justify="left" if heading in ("filter", "") else "right")
-    for each in found.candidates:
-        numbers = [f"{value:.{digits}f}" if isfinite(value) else "-" for value, digits in ((each.nominal_mps2, 3), (each.worst_mps2, 3))]
-        level = "-" if each.refused else f"{found.decibels(each):+.1f}"
-        late = f"{each.late_s:.2f}" if isfinite(each.late_s) else "-"
-        table.add_row(each.kind, *numbers, level, late, "recommended" if each.kind == found.chosen else each.refused)
+    for heading in ("filter", "ideal joints", "worst", *(["whole rig", "worst"] if coupled else []), "dB", "later, s"):
+        table.add_column(heading, justify="left" if heading == "filter" else "right")
+    for each in usable:
+        parts = [part for part in (each.ideal, each.coupled) if part is not None]
+        numbers = [f"{value:.3f}" for part in parts for value in (part.nominal_mps2, part.worst_mps2)]
+        style = "bold" if each.kind == found.chosen else None
+        table.add_row(each.kind, *numbers, f"{found.decibels(each):+.1f}", f"{each.judged.late_s:.2f}", style=style)
     return table

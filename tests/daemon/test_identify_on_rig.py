@@ -36,5 +36,5 @@ def test_a_shaped_run_says_what_it_left(daemon: RunningDaemon, capsys: pytest.Ca
     assert main(["--socket", str(daemon.socket), *words]) == 0
     moves = json.loads(capsys.readouterr().out)["shaped_moves"]
     assert [move["move"] for move in moves] == ["move 1", "move 2", "move 3", "move 4"]
-    assert all(0.0 < move["measured_mps2"] < 2.0 and move["predicted_mps2"] < 2.0 for move in moves)
+    assert all(0.0 < move["measured_mps2"] < 2.0 and move["ideal_mps2"] < 2.0 and move["coupled_mps2"] < 2.0 for move in moves)
     assert all(0.0 <= move["measured_late_s"] < 1.0 for move in moves)

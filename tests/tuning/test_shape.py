@@ -17,10 +17,12 @@ from control.link_mode import LinkFrequency
 from daemon.lockstep import run_lockstep
 from recording.reader import read_log
 from recording.vibration import hold_vibration
-from tuning.line_run import ideal_run, plan_line
+from tuning.coupled_prediction import can_be_coupled, predicted_coupled
+from tuning.line_run import coupled_run, ideal_run, plan_line
 from tuning.shape_prediction import lateness, predicted
-from tuning.shape_recommendation import Candidate, _choose, recommend
+from tuning.shape_recommendation import Candidate, Residual, _choose, recommend
 from tuning.shaped_moves import shaped_moves
+from tuning.variants import without_effect
 
 
 def _line(name: str = "paper_line_y30") -> dict[str, Any]:
@@ -82,7 +84,35 @@ def test_lateness_of_a_ramp() -> None:
 
 
 def _candidate(kind: str, worst: float, late: float, refused: str = "") -> Candidate:
-    return Candidate(kind, worst / 2, worst, late, (worst,), refused)
+    return Candidate(kind, None, refused=refused) if refused else Candidate(kind, Residual(worst / 2, worst, late, (0.0,), (worst,)))
+
+
+def test_the_whole_rig_judges_where_it_was_simulated() -> None:
+    """Ideal joints promise 0.01 m/s²; friction and feedback leave 0.2: the slower filter that really is good enough is recommended."""
+    ideal = Residual(0.005, 0.01, 0.0, (0.0,), (0.01,))
+    candidates = [
+        Candidate("none", Residual(3.0, 3.0, 0.0, (0.0,), (3.0,)), Residual(0.5, 0.5, 0.0, (0.0,), (0.5,))),
+        Candidate("zv", ideal, Residual(0.2, 0.2, 0.1, (0.0,), (0.2,))),
+        Candidate("adaptive", ideal, Residual(0.04, 0.08, 0.4, (0.0,), (0.08,))),
+    ]
+    assert _choose(candidates, 0.1)[0] == "adaptive"
+
+
+def test_the_coupled_prediction_is_the_run_on_the_rig(rig: Rig) -> None:
+    """The testbed believes what its plant has, so without error the prediction is what a run leaves; a softer link with the same shaper is
+    the plant with that stiffness; and ideal joints say nothing of what friction leaves."""
+    plan = plan_line(rig, "paper_line_y30", {"kind": "adaptive", "joints": ["rotary", "prismatic"]})
+    found = predicted_coupled(rig, plan, (-0.1, 0.0))
+    assert found.residual_mps2[:, 1] == pytest.approx(coupled_run(rig, plan).hold_amplitudes, rel=1e-6)
+    assert found.residual_mps2[:, 0] == pytest.approx(coupled_run(_with_stiffness(rig, 0.81), plan).hold_amplitudes, rel=1e-6)
+    assert found.moves == ("move 1", "move 2", "move 3")
+    assert np.all(found.late_s < 0.6)
+
+
+def test_without_plant_there_is_nothing_to_couple(rig: Rig) -> None:
+    assert can_be_coupled(rig)
+    assert not can_be_coupled(rig.model_copy(update={"plant": None}))
+    assert not can_be_coupled(without_effect(rig, "link_flexibility"))
 
 
 def test_the_quickest_that_is_good_enough_and_else_the_best() -> None:
@@ -94,7 +124,7 @@ def test_the_quickest_that_is_good_enough_and_else_the_best() -> None:
 
 
 def test_a_generous_limit_needs_no_filter_and_a_rig_without_link_is_refused(rig: Rig) -> None:
-    found = recommend(rig, [_line("jog")], {}, 5.0, (-0.1, 0.0, 0.1))
+    found = recommend(rig, [_line("jog")], {}, 5.0, (-0.1, 0.0, 0.1), coupled=False)
     assert found.chosen == "none"
     assert {candidate.kind for candidate in found.candidates} >= {"zv", "zvd", "ei", "two_hump_ei", "notch", "adaptive"}
     with pytest.raises(ManeuverError, match="nothing vibrates"):
@@ -109,7 +139,8 @@ def test_predicted_beside_measured_for_a_run_of_the_whole_rig(tmp_path: Path) ->
     assert [move.move for move in moves] == ["move 1", "move 2", "move 3"]
     assert [move.measured_mps2 for move in moves] == [hold.amplitude_mps2 for hold in hold_vibration(log)]
     for move in moves:
-        assert 0.0 < move.predicted_mps2 <= move.predicted_worst_mps2 < 1.0
+        assert 0.0 < move.ideal_mps2 <= move.ideal_worst_mps2 < 1.0
+        assert move.coupled_mps2 == pytest.approx(move.measured_mps2, rel=0.25, abs=0.01)
         assert move.measured_late_s == pytest.approx(move.predicted_late_s, abs=0.25)
         assert f"{move.measured_mps2:.3f} m/s² measured" in move.text()
     assert shaped_moves(log, [7]) == []

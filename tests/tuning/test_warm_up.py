@@ -59,6 +59,7 @@ def test_the_feed_forward_alone_gives_the_rate_asked_for(rig: Rig, oil_C: float)
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_five_hours_at_full_detail(rig: Rig) -> None:
     """Figure 2 from the plant's own work, Figure 3 at its start, middle and end, and the line at y0 = 40 in with and without tables."""
     study = warm_up_study(rig, [0.0, 9000.0, 18000.0])
