@@ -82,7 +82,8 @@ def _deaths(make: Make) -> Iterator[Fault]:
         _send(SIGKILL, "supervisor"),
         _left_alone,
     )
-    everybody = _send(SIGKILL, "supervisor", "recorder", "control")
+    # Control first: if this thread is held up between two kills, whoever still lives cannot act any more.
+    everybody = _send(SIGKILL, "control", "recorder", "supervisor")
     yield make("all processes SIGKILLed", "process", "device time-out", safe, device, everybody, lambda stage: "nobody is left")
 
 

@@ -109,7 +109,7 @@ def _host_faults(bench: TwinBench) -> Iterator[Fault]:
 
     yield fault("control SIGKILLed", "the daemon ends with status 1", lambda bench: bench.signal(SIGKILL, "control"), _end)
     yield fault("control SIGSTOPped", "fault: ", lambda bench: bench.signal(SIGSTOP, "control"), _continued, again=True)
-    everybody = ("supervisor", "recorder", "io", "control")
+    everybody = ("control", "supervisor", "recorder", "io")  # whoever outlives the control process by a stall cannot act
     yield fault("host dies (all processes SIGKILLed)", _ENDED, lambda bench: bench.signal(SIGKILL, *everybody), lambda bench: _ENDED)
 
 
