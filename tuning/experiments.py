@@ -145,11 +145,15 @@ def _overrides(rig: Rig, point: _Point) -> tuple[str, ...]:
     return tuple(changes)
 
 
+def must_ring(rig: Rig, what: What) -> tuple[str, ...]:
+    """What to change in the rig file, so that the link is not damped while it is measured; nothing where the deflection is measured."""
+    if rig.end_point is None or rig.end_point.gain == 0.0 or "tip.deflection" in rig.signals or what in ("sweep", "multisine"):
+        return ()
+    return "end_point.gain=0", f"servo.rotary.gain={min(rig.servo['rotary'].gain, SAFE_GAIN)!r} V/rad"
+
+
 def _ringing(rig: Rig, point: _Point) -> tuple[str, ...]:
-    """End-point feedback would damp what is to be measured."""
-    if rig.end_point is None:
-        return _overrides(rig, point)
-    return (*_overrides(rig, point), "end_point.gain=0", f"servo.rotary.gain={min(rig.servo['rotary'].gain, SAFE_GAIN)!r} V/rad")
+    return (*_overrides(rig, point), *must_ring(rig, "map"))
 
 
 def _told(point: _Point) -> str:

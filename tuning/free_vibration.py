@@ -68,10 +68,15 @@ def free_vibration(record: TipRecord, move: int, rows: slice, link: LinkMode) ->
     clamped = sqrt(clamped_squared) if clamped_squared > 0.0 else omega
     share = _sigma(t, decay, abs(tip), noise), joint_noise * sqrt(2.0 / len(t)) * omega**2 * length / abs(tip)
     given = abs(clamped_squared / abs(s) ** 2 - 1.0)  # the joint's part
-    sigma = hypot(share[0] / omega, 0.5 * share[1], 0.5 * GIVE_SHARE * given)  # relative, of the clamped frequency
+    damping = 0.5 * drag / clamped
+    # A damping ratio that the link does not have says how far both motions are from one decaying sine (friction, a feedback that lags):
+    # the frequency is then off by as much. Of the damping itself, half of what the joint took out of the ringing is not believed.
+    astray, taken = abs(damping - link.damping_ratio), abs(decay / omega - damping)
+    noise = hypot(share[0] / omega, 0.5 * share[1], 0.5 * GIVE_SHARE * given)
+    sigma, damping_sigma = hypot(noise, 0.5 * astray), hypot(noise, 0.5 * taken)  # relative, of the clamped frequency; absolute
     return FreeVibration(
         move, length, abs(tip), omega / (2.0 * pi), decay / omega, clamped / (2.0 * pi), sigma * clamped / (2.0 * pi),
-        0.5 * drag / clamped, sigma,
+        damping, damping_sigma,
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from tuning.oil_table import OilRow
 from tuning.payload import PayloadEstimate, clamped_Hz, disagreement, identify_payload
 from tuning.response_bounds import Bounds, bounds
 from tuning.response_fit import JointFit, fit_joint
+from tuning.tip_balance import tip_balance
 from tuning.tip_record import TipRecord, tip_records
 
 SAME_PAYLOAD_KG = 0.05
@@ -165,7 +166,9 @@ def _link(link: LinkMode, records: Sequence[TipRecord]) -> LinkFound:
         notes.append(str(error))
     holds: list[FreeVibration] = [hold for record in records for hold in free_vibrations(record, link)]
     try:
-        mapped = link_map(link, holds)
+        known = link.model_copy(update={"payload_kg": estimates[0].payload_kg}) if estimates else link
+        balances = [balance for record in records if (balance := tip_balance(record, known)) is not None]
+        mapped = link_map(link, holds, balances)
     except LogError as error:
         notes.append(str(error))
     return LinkFound(link.payload_kg, tuple(estimates), mapped, " ".join(note for note in notes if note))

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tuning.identification import Identification, Response
-from tuning.link_map import LinkMap
+from tuning.link_map import LinkMap, MapPoint
 from tuning.oil_table import as_override
 from tuning.record_file import write_whole
 from tuning.transfer import Floats
@@ -160,16 +160,21 @@ def summary(found: Identification) -> list[str]:
 
 def _map_lines(mapped: LinkMap) -> list[str]:
     lines = [
-        f"  {p.extension_m:.3f} m: rings at {p.ring_Hz:.3f} Hz, link alone {p.clamped_Hz:.3f} Hz (rig file {p.believed_Hz:.3f}),"
-        f" damping {100 * p.damping_ratio:.2f} %, {p.holds} holds"
+        f"  {p.extension_m:.3f} m: {_rings(p)}link alone {p.clamped_Hz:.3f} ± {2 * p.clamped_sigma_Hz:.3f} Hz"
+        f" (rig file {p.believed_Hz:.3f}), damping {100 * p.damping_ratio:.2f} %"
         for p in mapped.points
     ]
+    lag = f", accelerometer {1e3 * mapped.sensor_lag_s:.2f} ms behind the deflection sensor" if np.isfinite(mapped.sensor_lag_s) else ""
     ratio = 100.0 * (mapped.stiffness_ratio - 1.0)
     return [
         *lines,
-        f"  damping ratio {mapped.damping_ratio:.4f} ± {mapped.damping_uncertainty:.4f}",
+        f"  damping ratio {mapped.damping_ratio:.4f} ± {mapped.damping_uncertainty:.4f}{lag}",
         f"  with exactly the rig file's payload the link would be {abs(ratio):.1f} % {'stiffer' if ratio > 0 else 'softer'} than written",
     ]
+
+
+def _rings(point: MapPoint) -> str:
+    return f"rings at {point.ring_Hz:.3f} Hz, " if np.isfinite(point.ring_Hz) else ""
 
 
 def _response_line(response: Response) -> str:
@@ -180,7 +185,7 @@ def _response_line(response: Response) -> str:
     if response.fit is None:
         return f"{head}; too few lines for a fit"
     values, sure = response.fit.values, response.fit.uncertainty
-    named = {"velocity gain": (response.fit.velocity_gain, sure["velocity_gain"])}
+    named = {"velocity gain": (response.fit.velocity_gain, sure["velocity_gain"]), "lag (s)": (response.fit.lag_s, sure["lag"])}
     named |= {name: (values[name], sure[name]) for name in ("gain", "damping", "stiffness")}
     numbers = ", ".join(f"{name} {value:.4g} ± {100 * share:.0f} %" for name, (value, share) in named.items())
     return f"{head}; {numbers}; fit within {response.fit.worst_dB:.1f} dB, {response.fit.worst_deg:.0f} degrees"

@@ -1,9 +1,10 @@
-"""The link's frequency and damping over the extension, from the holds of many moves."""
+"""The link's frequency and damping over the extension, from the holds of many moves and, with a deflection sensor, from whole runs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import hypot, nan, pi
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from config.errors import LogError
 from config.rig import LinkMode
 from tuning.free_vibration import SMALLEST_MPS2, FreeVibration
 from tuning.payload import clamped_Hz
+from tuning.tip_balance import LinkDamping, TipBalance, link_damping
 
 SAME_PLACE_M = 0.01
 MODEL_SHARE = 0.002  # of a frequency: what one static shape leaves
@@ -20,8 +22,8 @@ LARGEST_DAMPING_SIGMA = 0.01  # holds that know less about damping do not count 
 
 @dataclass(frozen=True, slots=True)
 class MapPoint:
-    """Frequencies in Hz at one extension: as it rings, of the link alone, and what the rig file's constants say of the link alone.
-    Standard deviations: the spread of the holds or what noise explains, whichever is larger."""
+    """Frequencies in Hz at one extension: as it rings (NaN: in no hold; end-point feedback), of the link alone, and what the rig file's
+    constants say of the link alone. Standard deviations: the spread of the holds or what noise explains, whichever is larger."""
 
     extension_m: float
     ring_Hz: float
@@ -36,33 +38,69 @@ class MapPoint:
 @dataclass(frozen=True, slots=True)
 class LinkMap:
     """Points by rising extension; damping of the link with two standard deviations; stiffness EI that fits the clamped frequencies
-    with the payload of the rig file, over its own EI."""
+    with the payload of the rig file, over its own EI; lag of the accelerometer behind the deflection sensor (NaN: not found)."""
 
     points: tuple[MapPoint, ...]
     damping_ratio: float
     damping_uncertainty: float
     stiffness_ratio: float
+    sensor_lag_s: float
 
 
-def link_map(link: LinkMode, holds: Sequence[FreeVibration]) -> LinkMap:
-    """Raises LogError when no hold rings enough."""
-    good = sorted(holds, key=lambda hold: hold.extension_m)
-    if not good:
-        advice = "Use moves without command filter, and end_point.gain: 0 while the map is made."
+def link_map(link: LinkMode, holds: Sequence[FreeVibration], balances: Sequence[TipBalance] = ()) -> LinkMap:
+    """`balances`: of whole runs, where the deflection is measured; they count before the holds. Raises LogError when there is neither."""
+    if not (holds or balances):
+        advice = "Use moves without command filter and, where the deflection is not measured, end_point.gain: 0 while the map is made."
         raise LogError("the link rings in no hold", limit=f"{SMALLEST_MPS2} and less than 5 % damping", unit="m/s²", next_step=advice)
-    places: list[list[FreeVibration]] = []
-    for hold in good:
-        if places and hold.extension_m - places[-1][0].extension_m < SAME_PLACE_M:
-            places[-1].append(hold)
-        else:
-            places.append([hold])
-    points = tuple(_point(link, place) for place in places)
+    together = link_damping(balances)
+    own = dict(zip(balances, together.by_run, strict=True)) if together is not None else {}
+    points = tuple(_point(link, *place, together, own) for place in _places(holds, balances))
     ratios = [(point.clamped_Hz / point.believed_Hz) ** 2 for point in points]
     weights = [(point.believed_Hz / (point.clamped_sigma_Hz + MODEL_SHARE * point.believed_Hz)) ** 2 for point in points]
-    return LinkMap(points, *_damping(good), float(np.average(ratios, weights=weights)))
+    ratio = float(np.average(ratios, weights=weights))
+    if together is not None:
+        return LinkMap(points, together.damping_ratio, together.uncertainty, ratio, together.lag_s)
+    return LinkMap(points, *_damping(holds), ratio, nan)
 
 
-def _point(link: LinkMode, holds: Sequence[FreeVibration]) -> MapPoint:
+def _places(holds: Sequence[FreeVibration], balances: Sequence[TipBalance]) -> list[tuple[list[FreeVibration], list[TipBalance]]]:
+    """Those at the same extension, by rising extension."""
+    places: list[tuple[float, list[FreeVibration], list[TipBalance]]] = []
+    everything: list[FreeVibration | TipBalance] = [*holds, *balances]
+    for each in sorted(everything, key=lambda one: one.extension_m):
+        if not places or each.extension_m - places[-1][0] >= SAME_PLACE_M:
+            places.append((each.extension_m, [], []))
+        if isinstance(each, TipBalance):
+            places[-1][2].append(each)
+        else:
+            places[-1][1].append(each)
+    return [(ringing, whole) for _, ringing, whole in places]
+
+
+def _point(
+    link: LinkMode,
+    holds: Sequence[FreeVibration],
+    balances: Sequence[TipBalance],
+    together: LinkDamping | None,
+    own: Mapping[TipBalance, float],
+) -> MapPoint:
+    """From the runs where there are any; the lag between the sensors is no more than known."""
+    ringing = _of_holds(link, holds) if holds else None
+    if not balances:
+        assert ringing is not None
+        return ringing
+    weights = [each.clamped_sigma_Hz**-2 for each in balances]
+    extension = float(np.mean([each.extension_m for each in balances]))
+    clamped = float(np.average([each.clamped_Hz for each in balances], weights=weights))
+    lagging = 0.25 * (2.0 * pi * clamped * (together.lag_s if together is not None else 0.0)) ** 2 * clamped
+    sigma = hypot(max(float(np.std([each.clamped_Hz for each in balances])), sum(weights) ** -0.5), lagging)
+    damping = float(np.mean([own.get(each, nan) for each in balances]))
+    ring = (ringing.ring_Hz, ringing.ring_sigma_Hz) if ringing is not None else (nan, nan)
+    believed = clamped_Hz(link, link.payload_kg, extension)
+    return MapPoint(extension, ring[0], clamped, ring[1], sigma, believed, damping, len(holds))
+
+
+def _of_holds(link: LinkMode, holds: Sequence[FreeVibration]) -> MapPoint:
     weights = [1.0 / hold.clamped_sigma_Hz**2 for hold in holds]
     extension, ring, clamped, damping = (
         float(np.average([getattr(hold, name) for hold in holds], weights=weights))

@@ -156,6 +156,7 @@ def _fit(response: Response) -> dict[str, Any] | None:
     return {
         **fit.values,
         "velocity_gain": fit.velocity_gain,
+        "lag_s": fit.lag_s,
         "uncertainty": fit.uncertainty,
         "worst_dB": fit.worst_dB,
         "worst_deg": fit.worst_deg,
@@ -171,6 +172,7 @@ def _link_numbers(link: LinkFound) -> dict[str, Any]:
         "map": points,
         "damping_ratio": None if mapped is None else _number(mapped.damping_ratio),
         "damping_uncertainty": None if mapped is None else _number(mapped.damping_uncertainty),
+        "sensor_lag_s": None if mapped is None else _number(mapped.sensor_lag_s),
         "stiffness_ratio": None if mapped is None else mapped.stiffness_ratio,
         "note": link.note,
     }

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import degrees, log, pi
+from math import degrees, log, pi, sqrt
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -31,7 +31,8 @@ NAMES, LINK_NAMES = ("gain", "damping", "stiffness"), ("antiresonance_Hz", "reso
 @dataclass(frozen=True, slots=True)
 class JointFit:
     """K in rad (or m) per V·s³, a in 1/s, b in 1/s², by name in `values`, with two standard deviations in `uncertainty` (relative);
-    with the link also its four numbers. `velocity_gain` = K/b (per V·s) is known better than the three: they compensate each other.
+    with the link also its four numbers. `velocity_gain` = K/b (per V·s) and `lag_s` = a/b are known better than the three, which compensate
+    each other; they are what a feed-forward needs.
     Errors left: largest over the band, in dB and degrees."""
 
     values: dict[str, float]
@@ -43,6 +44,10 @@ class JointFit:
     @property
     def velocity_gain(self) -> float:
         return self.values["gain"] / self.values["stiffness"]
+
+    @property
+    def lag_s(self) -> float:
+        return self.values["damping"] / self.values["stiffness"]
 
     def __call__(self, frequencies_Hz: Floats) -> Complexes:
         return _model(np.log([self.values[name] for name in (*NAMES, *(LINK_NAMES if self.with_link else ()))]), 2.0 * pi * frequencies_Hz)
@@ -71,11 +76,15 @@ def fit_joint(response: FrequencyResponse, clamped_Hz: float | None = None, band
     scatter = float(np.sum(misfit(best.x) ** 2)) / max(1, 2 * len(omega) - len(guess))
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * max(1.0, scatter)
     deviation = 2.0 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    ratio = covariance[0, 0] + covariance[2, 2] - 2.0 * covariance[0, 2]
+    gain_ratio, lag_ratio = (covariance[n, n] + covariance[2, 2] - 2.0 * covariance[n, 2] for n in (0, 1))
     names = (*NAMES, *(LINK_NAMES if clamped_Hz is not None else ()))
     return JointFit(
         dict(zip(names, np.exp(best.x).tolist(), strict=True)),
-        {**dict(zip(names, deviation.tolist(), strict=True)), "velocity_gain": 2.0 * float(np.sqrt(max(ratio, 0.0)))},
+        {
+            **dict(zip(names, deviation.tolist(), strict=True)),
+            "velocity_gain": 2.0 * sqrt(max(gain_ratio, 0.0)),
+            "lag": 2.0 * sqrt(max(lag_ratio, 0.0)),
+        },
         float(np.max(np.abs(left.real))) * 20.0 / log(10.0),
         degrees(float(np.max(np.abs(left.imag)))),
         clamped_Hz is not None,

@@ -70,13 +70,17 @@ def _identify(arguments: argparse.Namespace) -> int:
 
 def _logs(arguments: argparse.Namespace, tell: Any) -> list[Path]:
     from daemon.cli.identify_runs import in_lockstep, on_daemon
-    from tuning.experiments import experiments
+    from tuning.experiments import experiments, must_ring
 
     if arguments.log:
         return list(arguments.log)
     loaded = load_rig(arguments.rig)
     wanted = experiments(loaded.rig, _campaign(arguments, loaded))
     if arguments.on_rig:
+        needed = must_ring(loaded.rig, arguments.what)
+        if needed:
+            advice = f"Stop longreachd, set {' and '.join(needed)} in {loaded.path}, start it, identify, and set them back."
+            raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
         with connect(arguments) as client:
             return on_daemon(client, wanted, tell)
     return in_lockstep(loaded, wanted, arguments.out / "logs", arguments.seed, tell)

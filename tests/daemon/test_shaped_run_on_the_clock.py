@@ -20,22 +20,23 @@ OPTIONS = ("--approach", "--countdown", "0", "--wait", "--json")
 BOTH = ["rotary", "prismatic"]
 
 
+ADAPTIVE = {"kind": "adaptive", "joints": BOTH}, ("--shaper", "adaptive", "--both-joints")
+ZERO_DELAY = {"kind": "zero_delay"}, ("--shaper", "zero_delay")
+
+
 @pytest.mark.parametrize(
-    ("shaper", "words"),
-    [
-        ({"kind": "adaptive", "joints": BOTH}, ("--shaper", "adaptive", "--both-joints")),
-        ({"kind": "zero_delay"}, ("--shaper", "zero_delay")),
-    ],
-    ids=["adaptive", "zero_delay"],
+    ("maneuver", "shaper", "words"),
+    [("paper_line", *ADAPTIVE), ("paper_line", *ZERO_DELAY), ("paper_line_y30", *ZERO_DELAY)],
+    ids=["adaptive, 40 in", "zero_delay, 40 in", "zero_delay, 30 in"],
 )
 def test_the_holds_are_those_of_lockstep_within_2_dB(
-    shaper: dict[str, Any], words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    maneuver: str, shaper: dict[str, Any], words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """y0 = 40 in, tip acceleration as logged, root mean square over the three holds."""
-    request = {"maneuver": {"name": "paper_line"}, "shaper": shaper, "approach": True}
+    """Tip acceleration as logged, root mean square over the three holds."""
+    request = {"maneuver": {"name": maneuver}, "shaper": shaper, "approach": True}
     with RunningDaemon(tmp_path / "clock", str(patient_rig(_made(tmp_path / "clock")))) as daemon, daemon.wait_until_ready() as client:
         arm(client)
-        assert main(["--socket", str(daemon.socket), "start", "paper_line", *words, *OPTIONS]) == 0, capsys.readouterr()
+        assert main(["--socket", str(daemon.socket), "start", maneuver, *words, *OPTIONS]) == 0, capsys.readouterr()
         client.call("disarm")
         on_the_clock = hold_vibration(read_log(daemon.latest_log()))
     (path,) = run_lockstep(load_rig(patient_rig(tmp_path / "clock")), [request], _made(tmp_path / "lockstep"))
