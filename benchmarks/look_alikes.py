@@ -1,17 +1,18 @@
 """Look-alikes: hidden effects whose first logs cannot tell them from another, and whether the proposed maneuvers do.
 
-    python -m benchmarks.look_alikes [force_axis | ornl_testbed] [FOLDER]
+    python -m benchmarks.look_alikes [force_axis | ornl_testbed] [--out FOLDER] [--cases 0 3 7]
 
-One line a case: what the first search said, how many rounds it took, how it ended. Summary at the end, as JSON on the last line.
+One line a case: what the first search said, how many rounds it took, how it ended. Every case leaves row.json in its folder; a case that
+has one is not run again. Summary at the end.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
-import sys
-import tempfile
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ AXIS = (
     "{effect: transport_delay, where: axis, delay: 4 ms}",
     "{effect: transport_delay, where: axis, delay: 8 ms}",
     "{effect: valve_lag, where: axis, time_constant: 4 ms, damping_ratio: 0.7}",
-    "{effect: valve_lag, where: axis, time_constant: 8 ms, damping_ratio: 0.9}",
+    "{effect: valve_lag, where: axis, time_constant: 3 ms, damping_ratio: 0.9}",
     "{effect: sensor_delay, where: 'sensor:axis.position', delay: 4 ms}",
     "{effect: inertia_error, where: axis, extra: 30 kg}",
     "{effect: valve_deadband, where: axis, overlap: 0.03}",
@@ -91,6 +92,7 @@ def run_case(name: str, case: Case, seed: int, out: Path) -> dict[str, Any]:
 def _judged(course: Course, hidden: tuple[str, str]) -> dict[str, Any]:
     label = " at ".join(hidden)
     begin, last = course.rounds[0], course.rounds[-1]
+    confirmed = course.outcome == "confirmed" and not last.open_sets
     return {
         "first_verdict": begin.content["verdict"],
         "first_sets": begin.open_sets or [begin.names],
@@ -99,27 +101,53 @@ def _judged(course: Course, hidden: tuple[str, str]) -> dict[str, Any]:
         "rounds": len(course.rounds),
         "asked": [one.asked.label for one in course.rounds[:-1] if one.asked],
         "outcome": course.outcome,
+        "why": course.why,
         "names": last.names,
-        "resolved": course.outcome == "confirmed" and last.names == [label] and not last.open_sets,
+        "sets": last.open_sets,
+        "resolved": confirmed and last.names == [label],
+        "wrong": confirmed and bool(last.names) and label not in last.names,
     }
 
 
-def main() -> None:
-    name = sys.argv[1] if len(sys.argv) > 1 else "force_axis"
-    folder = Path(sys.argv[2]) if len(sys.argv) > 2 else Path(tempfile.mkdtemp(prefix="look-alikes-"))
-    rows = []
-    cases: tuple[Case, ...] = AXIS if name == "force_axis" else ARM
-    for number, case in enumerate(cases):
-        row = run_case(name, case, 100 + 10 * number, folder / f"case-{number:02}")
-        rows.append(row)
-        print(f"{row['hidden']}: {row['first_verdict']} {row['first_sets']} → {row['outcome']} {row['names']}, {row['rounds']} rounds,"
-              f" {'resolved' if row['resolved'] else 'NOT resolved'}, {row['seconds']} s", flush=True)  # fmt: skip
+def summary(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Counts over the cases in doubt. A maneuver was proposed for those that were asked one or end in a set no maneuver can resolve."""
     doubtful = [row for row in rows if row["unresolved_at_first"]]
-    resolved = sum(row["resolved"] for row in doubtful)
-    print(
-        f"in doubt after the first logs: {len(doubtful)} of {len(rows)}; resolved to the hidden effect alone: {resolved} of {len(doubtful)}"
+    asked = [row for row in doubtful if row["asked"]]
+    sensor = [row for row in doubtful if row["outcome"] == "needs_sensor"]
+    to_run = [row for row in asked if row["outcome"] != "needs_sensor"]
+    counts = (
+        f"in doubt after the first logs: {len(doubtful)} of {len(rows)}",
+        f"a maneuver was proposed and run: {len(asked)}",
+        f"resolved to the hidden effect alone: {sum(row['resolved'] for row in to_run)} of {len(to_run)} that maneuvers can resolve",
+        f"only another sensor can, says the search: {len(sensor)}",
+        f"another effect confirmed instead: {sum(row['wrong'] for row in rows)}",
     )
-    print(json.dumps(rows))
+    return "\n".join(counts)
+
+
+def _line(number: int, row: Mapping[str, Any]) -> str:
+    end = "resolved" if row["resolved"] else f"NOT resolved ({row['why']})"
+    course = f"{row['first_verdict']} {row['first_sets']} → {row['outcome']} {row['sets'] or row['names']}"
+    return f"{number} {row['hidden']}: {course}, {row['rounds']} rounds, {end}, {row['seconds']} s"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.look_alikes")
+    parser.add_argument("rig", nargs="?", default="force_axis", choices=("force_axis", "ornl_testbed"))
+    parser.add_argument("--out", type=Path, default=Path("look-alikes"))
+    parser.add_argument("--cases", type=int, nargs="*")
+    arguments = parser.parse_args()
+    cases: tuple[Case, ...] = AXIS if arguments.rig == "force_axis" else ARM
+    rows = []
+    for number in range(len(cases)) if arguments.cases is None else arguments.cases:
+        folder = arguments.out / f"{arguments.rig}-{number:02}"
+        done = folder / "row.json"
+        if not done.exists():
+            row = run_case(arguments.rig, cases[number], 100 + 10 * number, folder)
+            done.write_text(json.dumps(row, indent=2) + "\n")
+        rows.append(json.loads(done.read_text()))
+        print(_line(number, rows[-1]), flush=True)
+    print(summary(rows))
 
 
 if __name__ == "__main__":

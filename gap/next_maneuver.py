@@ -126,15 +126,15 @@ class _Course:
         return _Known(proposal, exact=False)
 
     def _exact(self, bound: Proposal) -> _Known | None:
-        """Every pair for which the bound leaves hope, with everything refitted, either of it as the truth."""
+        """Every pair for which the bound leaves hope, with everything refitted: either of it as the truth, and from the rival's own fit."""
         design = bound.design
         if not self._safe(design):
             return self._bounded(design.smaller) if design.smaller else None
         found = {pair: told.separation for pair, told in zip(self.pairs, bound.pairs, strict=True)}
-        for way in (1, -1):
+        for turned, alike in ((False, True), (True, True), (False, False)):
             open_ = [pair for pair, told in zip(self.pairs, self._proposal(design, found).pairs, strict=True) if told.repeats]
-            ways = [(a, b) if way > 0 else (b, a) for a, b in open_]
-            for (truth, rival), comparison in self._comparisons(design, ways, self.measured):
+            ways = [(b, a) if turned else (a, b) for a, b in open_]
+            for (truth, rival), comparison in self._comparisons(design, ways, self.measured, alike):
                 pair = (min(truth, rival), max(truth, rival))
                 found[pair] = found[pair].or_less(comparison.exact())
         proposal = self._proposal(design, found)
@@ -152,12 +152,13 @@ class _Course:
         return True
 
     def _comparisons(
-        self, design: Design, pairs: Sequence[tuple[int, int]], channels: Sequence[str]
+        self, design: Design, pairs: Sequence[tuple[int, int]], channels: Sequence[str], alike: bool = True
     ) -> Iterator[tuple[tuple[int, int], Comparison]]:
-        """(truth, rival) in turn; what the truth leaves of its own log is computed once."""
+        """(truth, rival) in turn, with the truth's constants or (not `alike`) with the rival's own; the truth's floor is computed once."""
         for truth in sorted({pair[0] for pair in pairs}):
             run = self._run(design, truth, channels)
-            yield from ((pair, run.beside(self.rivals[pair[1]])) for pair in pairs if pair[0] == truth)
+            beside = run.alike if alike else run.beside
+            yield from ((pair, beside(self.rivals[pair[1]])) for pair in pairs if pair[0] == truth)
 
     def _run(self, design: Design, truth: int, channels: Sequence[str]) -> Run:
         return observed(self.loaded, self.rivals[truth], self._log(design, truth), channels, PROCESSORS)

@@ -5,6 +5,9 @@ states marginalised about itself. T = ‖P r‖² − ‖P₀ r₀‖²: r is wh
 start states, the rig's uncertain constants within their priors and its own parameters can do. r₀ is what the true model leaves of its
 own log: windows start from a smoothed motion, so near standstill even the truth is not predicted exactly, and what is no more than
 that separates nothing. A projection shared by both would not do: a late encoder starts its windows in another phase of the motion.
+
+The rival is linearised about the truth's constants: what two fits of a constant happen to differ by, that of a bristle's stiffness most
+of all, is no difference between effects.
 """
 
 from __future__ import annotations
@@ -37,6 +40,12 @@ class Rival:
 
     name: str
     model: Model
+
+    def with_constants_of(self, other: Rival) -> Rival:
+        """This explanation's effects beside the other's values of the rig file's constants."""
+        known = {free.key: value for free, value in zip(other.model.free, other.model.theta, strict=True) if free.prior}
+        theta = [known.get(free.key, value) if free.prior else value for free, value in zip(self.model.free, self.model.theta, strict=True)]
+        return replace(self, model=self.model.with_theta(np.array(theta)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +81,12 @@ class Run:
         return evaluate(self.experiment, self.truth.model, None)
 
     def beside(self, rival: Rival) -> Comparison:
-        """The rival on the same log."""
+        """The rival on the same log, as it is."""
         return Comparison(self, rival, evaluate(self.experiment, rival.model, None))
+
+    def alike(self, rival: Rival) -> Comparison:
+        """The rival on the same log, with the truth's constants."""
+        return self.beside(rival.with_constants_of(self.truth))
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import axis_logs
 import numpy as np
 import pytest
@@ -61,6 +63,16 @@ def test_a_late_command_is_not_separated_from_a_late_encoder_by_what_starts_of_w
     found = [compare(loaded, *pair, wave.content).exact() for pair in ((command, encoder), (encoder, command))]
     assert min(side.T for side in found) < 9.0
     assert min(side.t for side in found) < 0.5
+
+
+def test_a_rival_takes_over_the_constants_but_not_the_effect() -> None:
+    loaded = axis()
+    truth = rival_of(loaded, "transport_delay", "axis", {"delay": 0.004})
+    moved = rival_of(loaded, "sensor_delay", "sensor:axis.position", {"delay": 0.003})
+    moved = replace(moved, model=moved.model.with_theta(1.1 * moved.model.theta))
+    found = moved.with_constants_of(truth)
+    np.testing.assert_array_equal(found.model.theta[:-1], truth.model.theta[:-1])
+    assert found.model.theta[-1] == pytest.approx(0.0033)
 
 
 def test_what_would_near_an_interlock_is_not_run() -> None:
