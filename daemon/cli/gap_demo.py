@@ -16,9 +16,10 @@ from daemon.cli.progress import teller
 from daemon.lockstep import run_lockstep
 
 MANEUVERS = {"fit": "paper_line", "holdout": "joint_steps", "unused": "paper_line_y30"}
+# Effects that these maneuvers show at the size they have here; stiction and viscous friction of the prismatic joint are below it.
 HIDDEN = (
     ("coulomb_friction", "rotary"), ("viscous_friction", "rotary"), ("cross_leakage", "rotary"), ("link_flexibility", "link"),
-    ("coulomb_friction", "prismatic"), ("viscous_friction", "prismatic"), ("valve_lag", "rotary"), ("stiction", "prismatic"),
+    ("coulomb_friction", "prismatic"), ("cross_leakage", "prismatic"), ("valve_lag", "rotary"), ("hose_compliance", "rotary"),
 )  # fmt: skip
 
 
