@@ -50,13 +50,19 @@ class Dependence:
 
 def dependences(balance: Balance, log: Measured, rig: Rig, seed: int = 0) -> list[Dependence]:
     """The strongest dependences, at most three, clearest first; empty when nothing stands out."""
-    found = [d for name, values in _variables(log, rig) if (d := _binned(balance, name, values[balance.rows], seed)) is not None]
+    found = [
+        d for name, values in operating_variables(log, rig).items() if (d := _binned(balance, name, values[balance.rows], seed)) is not None
+    ]
     clear = sorted((d for d in found if d.contrast > CLEAR), key=lambda d: -d.contrast)
     return clear[:_SHOWN]
 
 
+def operating_variables(log: Measured, rig: Rig) -> dict[str, Array]:
+    """What an imbalance may depend on, at every row."""
+    return dict(_variables(log, rig))
+
+
 def _variables(log: Measured, rig: Rig) -> Iterator[tuple[str, Array]]:
-    """Operating variables at every row."""
     span = max(round(0.03 / log.period_s), 3)
     for number, joint in enumerate(rig.joints):
         position, command = bridged(log.channels[f"{joint}.position"].values), log.commands_V[:, number]

@@ -159,6 +159,19 @@ def spectra(before: Sequence[Evaluation], after: Sequence[Evaluation], channel: 
     return _inline(figure, f"Spectrum of what is left of {name}")
 
 
+def carried(discrepancy: dict[str, Any]) -> str:
+    """The imbalance of an equation over each input that carries it."""
+    inputs = discrepancy["carried_by"]
+    figure = Figure(figsize=(_WIDTH, 2.6), layout="constrained")
+    for axes, item in zip(figure.subplots(1, len(inputs), squeeze=False)[0], inputs, strict=True):
+        axes.plot(item["at"], item["value"], "-o", color=AFTER, linewidth=1, markersize=3)
+        axes.axhline(0.0, color=FLOOR_COLOUR, linewidth=0.7)
+        axes.set_xlabel(f"{item['input']} ({item['share']:.0%})", fontsize=8)
+        axes.set_ylabel(f"imbalance ({discrepancy['unit']})", fontsize=8)
+        axes.tick_params(labelsize=7)
+    return _inline(figure, f"Imbalance of the {discrepancy['equation']} over {', '.join(item['input'] for item in inputs)}")
+
+
 def closed_loop_replay(replay: JointReplay) -> str:
     """Command and tracking error of one joint over the whole run: measured, and simulated with either file."""
     figure = Figure(figsize=(_WIDTH, 4.0), layout="constrained")

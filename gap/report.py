@@ -13,6 +13,7 @@ from gap import plots
 from gap.found import Found
 from gap.naming_record import how_often_right
 from gap.page import folded, page, paragraph, table
+from gap.remainder import sentence
 from gap.replay import SMOOTH_S, replays
 from gap.search_state import Step
 from gap.shown import fingerprints, stages, telling_channel, unit_of_channel
@@ -22,8 +23,9 @@ from tuning.record_file import write_whole
 
 def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = (), request: Path | None = None) -> None:
     """Write the page. `request`: the first hold-out's run, where that log does not hold it."""
-    parts = [_head(found), _findings(found), _next(found), _places(found), _shrink(found), _unseen(unseen), _fingerprints(found),
-             _spectra(found), _replay(found, request), _constants(found), _not_seen(found), _diff(found), _inputs(found)]  # fmt: skip
+    parts = [_head(found), _findings(found), _next(found), _places(found), _shrink(found), _remainder(found), _unseen(unseen),
+             _fingerprints(found), _spectra(found), _replay(found, request), _constants(found), _not_seen(found), _diff(found),
+             _inputs(found)]  # fmt: skip
     write_whole(path, page(f"{found.rig.rig.name}: {found.verdict.word}", parts))
 
 
@@ -85,6 +87,16 @@ def _shrink(found: Found) -> str:
     name = found.channels[channel]
     window = plots.revealing_window(found.nominal, found.final, channel, name, unit_of_channel(found, name))
     return f"<h2>Gap, step by step</h2>{plots.waterfall(stages(found), found.channels)}<h2>Most revealing window</h2>{window}"
+
+
+def _remainder(found: Found) -> str:
+    """What is left without a name; none of it is in the improved rig file."""
+    rest = found.content["remainder"]
+    if not rest:
+        return ""
+    equation = rest["discrepancy"]
+    picture = plots.carried(equation) if equation and equation["carried_by"] else ""
+    return "<h2>What is left</h2>" + paragraph(f"{sentence(rest)} None of it is in the improved rig file.") + picture
 
 
 def _unseen(logs: Sequence[Unseen]) -> str:

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.candidates import LINK, Candidate, candidates
+from gap.candidates import Candidate, candidates
 from gap.fit import Fit
 from gap.screen import points
+from gap.shapes import LINK
 from gap.trial import Base, Trial, first_trial, own_trial
 
 

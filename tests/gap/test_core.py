@@ -10,7 +10,7 @@ import pytest
 
 from config.load import LoadedRig, load_rig, rig_from_text
 from config.yaml_tree import parse
-from gap.candidates import SHAPES, candidates
+from gap.candidates import candidates
 from gap.evaluation import evaluate, mean_cost
 from gap.initial_states import Projection, marginalised
 from gap.measured import load
@@ -18,6 +18,7 @@ from gap.model import Model, with_values
 from gap.model_file import _with_effect
 from gap.noise import correlation_time, local_variances
 from gap.nuisance import PRIOR_SD, nuisances, tag_of
+from gap.shapes import SHAPES
 from gap.simulate import residual, simulate
 from gap.windows import prepare
 from sim_backend.effects.registry import REGISTRY

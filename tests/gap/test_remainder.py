@@ -17,7 +17,7 @@ WINDOWS, SAMPLES = 40, 70
 def evaluation(left: np.ndarray) -> Any:
     """As much of an evaluation as is looked at, of one channel."""
     cost = float(np.mean(left**2))
-    experiment = SimpleNamespace(measured=np.zeros((*left.shape, 1)), times_s=np.arange(left.size).reshape(left.shape) * 1e-3)
+    experiment = SimpleNamespace(measured=np.zeros((*left.shape, 1)), times_s=np.arange(left.size).reshape(left.shape) * 1e-3, log=None)
     return SimpleNamespace(left=left, experiment=experiment, window_costs=np.full(WINDOWS, cost), channel_costs=np.array([cost]))
 
 
@@ -26,6 +26,7 @@ def velocity(monkeypatch: pytest.MonkeyPatch) -> np.ndarray:
     draw = np.random.default_rng(1)
     values = np.repeat(draw.normal(size=(WINDOWS, 1)), SAMPLES, axis=1)
     other = draw.normal(size=(WINDOWS, SAMPLES))
+    monkeypatch.setattr(subject, "discrepancy", lambda logs, rig: None)
     monkeypatch.setattr(subject, "operating_values", lambda e, rig: {"axis.velocity": values, "axis.command_V": other})
     return values
 

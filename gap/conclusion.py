@@ -1,0 +1,105 @@
+"""From a finished search to what is reported: the verdict, the improved rig file on the hold-out, what is left, what was not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from config.load import LoadedRig
+from gap.candidates import candidates
+from gap.data_check import DataProblem
+from gap.doubt import next_of
+from gap.evaluation import Evaluation, mean_cost
+from gap.findings import constants, document, finding, not_seen
+from gap.found import Found
+from gap.localise import localise
+from gap.measured import Measured
+from gap.model import Model
+from gap.remainder import remainder, sentence
+from gap.screen import screen
+from gap.search_state import Search
+from gap.settings import Settings
+from gap.temperatures import warmings
+from gap.verdict import Verdict, channel_rms, confidence, verdict
+from gap.visible import checked
+from gap.written import again, file_model, leanest, text_of, widths_of
+
+Tell = Callable[[str], None]
+
+
+def concluded(
+    loaded: LoadedRig,
+    names: list[str],
+    state: Search,
+    nominal: tuple[Evaluation, ...],
+    refitted: tuple[Evaluation, ...],
+    problems: list[DataProblem],
+    logs: Sequence[Measured],
+    settings: Settings,
+    tell: Tell,
+) -> Found:
+    before, refit = mean_cost(nominal), mean_cost(refitted)
+    draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
+    tell("confidence intervals")
+    half_width = confidence(state.current, state.costs)
+    widths = widths_of(state, half_width)
+    lean = leanest(state, half_width, tell)
+    text = text_of(loaded, state, draft, lean, widths, before)
+    final = nominal if text == loaded.text else again(state, file_model(text))
+    after = mean_cost(final)
+    word = _data_verdict(problems) or verdict(state, before, refit, after)
+    rest_left = remainder(nominal, final, names, file_model(text).rig) if word.word != "data_problem" else None
+    if rest_left and word.word == "unknown":
+        word = replace(word, why=f"{word.why} {sentence(rest_left)}")
+    places = localise(nominal, names, state.first_screening, loaded.rig)
+    _smallest(state, tell)
+    parts = {
+        "parameters": constants(state.current.model, half_width),
+        "gap": _gap(names, nominal, final, refit, logs),
+        "remainder": rest_left,
+        "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),
+        "next_maneuver": next_of(loaded, state, word, tell) if settings.propose else None,
+        "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
+        "temperatures": _temperatures(state, lean, tell),
+    }
+    found = [finding(state, step, lean, widths, word) for step in state.steps]
+    content = document(word, places, found, parts, logs)
+    return Found(loaded, names, state, nominal, refitted, final, half_width, word, places, problems, text, content)
+
+
+def _smallest(state: Search, tell: Tell) -> None:
+    """The smallest size of every effect not named that would have been."""
+    rest = candidates(state.current.model.rig, state.channels)
+    last = screen(state.current, state.costs, rest, state.seen_at, tell, sizes_only=True)
+    tell("smallest sizes that would have been named")
+    state.screening = checked(last, state.current, state.costs, state.seen_at)
+
+
+def _gap(
+    names: Sequence[str], nominal: tuple[Evaluation, ...], final: tuple[Evaluation, ...], refit: float, logs: Sequence[Measured]
+) -> dict[str, Any]:
+    """Costs in noise floors, and the error of every channel in its unit, before and after."""
+    rms = [channel_rms(evaluations, list(names)) for evaluations in (nominal, final)]
+    units = {name: next(log.channels[name].unit for log in logs) for name in names}
+    return {
+        "unit": "noise floors",
+        "holdout_before": mean_cost(nominal),
+        "holdout_refit": refit,
+        "holdout_after": mean_cost(final),
+        "channels": {name: {"before": rms[0][name], "after": rms[1][name], "unit": units[name]} for name in names},
+    }
+
+
+def _data_verdict(problems: Sequence[DataProblem]) -> Verdict | None:
+    fatal = [problem.text() for problem in problems if problem.fatal]
+    return Verdict("data_problem", f"Nothing is said about the plant: {'; '.join(fatal)}", False) if fatal else None
+
+
+def _temperatures(state: Search, lean: Model, tell: Tell) -> list[dict[str, object]]:
+    """How the oil warms up beside the simulation with the file that is written, hold-out logs only."""
+    found = warmings(state.holdouts, lean.vector(), lean.rig)
+    for warming in found:
+        if not warming.agrees:
+            tell(f"temperature: {warming.text()}")
+    return [warming.as_dict() for warming in found]

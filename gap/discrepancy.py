@@ -1,0 +1,70 @@
+"""What the improved model still lacks, in the equation where it lacks it: a smooth discrepancy over the operating variables.
+
+Of every balance equation that the hold-out allows to be formed, the one that comes out even least with the improved rig file; its
+imbalance (a force, a flow) is described by splines. It says where to look for physics that has no name yet and enters no rig file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from config.rig import Rig
+from gap.additive import additive
+from gap.balances import Balance, balances
+from gap.dependence import operating_variables
+from gap.measured import Array, Measured
+from gap.noise import noise_floors
+
+UNEVEN = 2.0  # standard deviations of the imbalance, root mean square, from which there is something to describe
+_BLOCK = 10  # neighbouring supports that are predicted together
+
+
+def discrepancy(logs: Sequence[Measured], rig: Rig) -> dict[str, Any] | None:
+    """None where every equation that can be formed holds. Else `equation`, `unit`, `imbalance` (root mean square), `imbalance_z` (in
+    standard deviations) and `carried_by`: inputs with the share of the imbalance's variance and the curve (`at`, `value`) of each."""
+    found = _formed(logs, rig)
+    worst = max(found, key=lambda key: _z(found[key]), default=None)
+    if worst is None or _z(found[worst]) < UNEVEN:
+        return None
+    parts = found[worst]
+    imbalance = np.concatenate([balance.residual for _, balance in parts])
+    values = [operating_variables(log, rig) for log, _ in parts]
+    shared = [name for name in values[0] if all(name in v for v in values)]
+    inputs = {name: np.concatenate([v[name][b.rows] for v, (_, b) in zip(values, parts, strict=True)]) for name in shared}
+    inputs |= {f"sign of {name}": np.sign(x) for name, x in inputs.items() if name.endswith(".velocity")}
+    good = np.isfinite(imbalance) & np.all([np.isfinite(x) for x in inputs.values()], axis=0)
+    blocks = np.arange(len(imbalance)) // _BLOCK
+    curves = additive(imbalance[good], {name: x[good] for name, x in inputs.items()}, blocks[good])
+    equation, where = worst
+    return {
+        "equation": f"{equation} of {where}",
+        "unit": parts[0][1].unit,
+        "imbalance": _short(float(np.sqrt(np.mean(imbalance[good] ** 2)))),
+        "imbalance_z": round(_z(parts), 1),
+        "carried_by": [_curve(c.name, c.share, c.at, c.value) for c in curves],
+    }
+
+
+def _formed(logs: Sequence[Measured], rig: Rig) -> Mapping[tuple[str, str], list[tuple[Measured, Balance]]]:
+    """Every equation with its balances, one a log."""
+    sigma, found = noise_floors(logs, rig), dict[tuple[str, str], list[tuple[Measured, Balance]]]()
+    for log in logs:
+        for balance in balances(log, rig, sigma):
+            found.setdefault((balance.equation, balance.where), []).append((log, balance))
+    return found
+
+
+def _z(parts: Sequence[tuple[Measured, Balance]]) -> float:
+    """Of all logs together."""
+    return float(np.sqrt(np.mean(np.concatenate([(balance.residual / balance.sd) ** 2 for _, balance in parts]))))
+
+
+def _curve(name: str, share: float, at: Array, value: Array) -> dict[str, Any]:
+    return {"input": name, "share": round(share, 3), "at": [_short(v) for v in at], "value": [_short(v) for v in value]}
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")
