@@ -133,7 +133,7 @@ class _Course:
         found = {pair: told.separation for pair, told in zip(self.pairs, bound.pairs, strict=True)}
         for turned, alike in ((False, True), (True, True), (False, False)):
             open_ = [pair for pair, told in zip(self.pairs, self._proposal(design, found).pairs, strict=True) if told.repeats]
-            ways = [(b, a) if turned else (a, b) for a, b in open_]
+            ways = [(b, a) if turned else (a, b) for a, b in open_ if alike or not self.rivals[b].has_constants_of(self.rivals[a])]
             for (truth, rival), comparison in self._comparisons(design, ways, self.measured, alike):
                 pair = (min(truth, rival), max(truth, rival))
                 found[pair] = found[pair].or_less(comparison.exact())

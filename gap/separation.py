@@ -47,6 +47,9 @@ class Rival:
         theta = [known.get(free.key, value) if free.prior else value for free, value in zip(self.model.free, self.model.theta, strict=True)]
         return replace(self, model=self.model.with_theta(np.array(theta)))
 
+    def has_constants_of(self, other: Rival) -> bool:
+        return np.array_equal(self.with_constants_of(other).model.theta, self.model.theta)
+
 
 @dataclass(frozen=True, slots=True)
 class Separation:
