@@ -1,6 +1,6 @@
-"""A path whose time law is corrected within the move: s(t) + Σ c_i B_i(t), cubic B-splines with equal knots.
+"""A path whose time law is corrected within the move: s(t) + Σ c_i B_i(t), cubic B-splines with equal knots over a span of it.
 
-Every spline lies wholly within the move, so position, speed and acceleration at both ends are those of the path below it, and so is the
+Every spline lies wholly within the span, so position, speed and acceleration at both ends are those of the path below it, and so is the
 duration. Only the time law changes: both joints stay on the line.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from control.trajectory import Trapezoid
+from control.trajectory import SmoothRamps, Trapezoid
 
 SPAN = 4  # knots a cubic spline covers
 
@@ -25,22 +25,27 @@ def bump(x: float) -> tuple[float, float, float]:
 
 
 class CorrectedPath:
-    """Has what a `Trapezoid` has; `coefficients` in the unit of the path, one for every spline."""
+    """Has what a `Trapezoid` has; `coefficients` in the unit of the path, one for every spline; `span` (s): the whole move by default."""
 
-    __slots__ = ("_base", "_coefficients", "_knot_s", "distance", "duration_s")
+    __slots__ = ("_base", "_coefficients", "_knot_s", "_span", "distance", "duration_s")
 
-    def __init__(self, base: Trapezoid, coefficients: Sequence[float]) -> None:
+    def __init__(
+        self, base: Trapezoid | SmoothRamps | CorrectedPath, coefficients: Sequence[float], span: tuple[float, float] | None = None
+    ) -> None:
+        self.distance: float = base.distance
+        self.duration_s: float = base.duration_s
         self._base = base
         self._coefficients = tuple(coefficients)
-        self._knot_s = base.duration_s / (len(self._coefficients) + SPAN - 1)
-        self.distance, self.duration_s = base.distance, base.duration_s
+        self._span = span or (0.0, base.duration_s)
+        self._knot_s = (self._span[1] - self._span[0]) / (len(self._coefficients) + SPAN - 1)
 
     def at(self, t: float) -> tuple[float, float, float]:
         """(s, ṡ, s̈) at time t."""
         s, rate, acceleration = self._base.at(t)
-        if not 0.0 < t < self.duration_s:
+        begin, end = self._span
+        if not begin < t < end:
             return s, rate, acceleration
-        place = t / self._knot_s
+        place = (t - begin) / self._knot_s
         newest = int(place)
         for i in range(max(0, newest - SPAN + 1), min(newest, len(self._coefficients) - 1) + 1):
             value, slope, bend = bump(place - i)

@@ -44,7 +44,7 @@ def plan_run(rig: Rig, request: RunRequest) -> RunPlan:
     pieces = PIECES[kind](maneuver, Ground(joints, rig.arm.hub_offset_m, start))
     choice = ShaperChoice.from_content(request.shaper)
     if choice.kind == "zero_delay":
-        correct_moves(pieces, rig, choice)
+        correct_moves(pieces, rig, choice, request.planning)
     allowed = _allowed(joints, kind, start)
     check_program(pieces, allowed, period_s, maneuver.name, _advice(rig, maneuver, joints))
     check_volts(pieces, rig, joints, period_s, maneuver.name)

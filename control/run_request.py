@@ -8,12 +8,15 @@ from typing import Any
 
 from config.errors import ManeuverError
 
+FIRST_PLANNING, LATEST_PLANNING = 1, 2
+
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:
     """`maneuver`: config.maneuver.maneuver_content(...); `shaper`: see control.shaper_choice; `start_position`: where the arm is.
 
     `repeat`: how often the program runs. `approach`: move slowly to the program's start first when the arm is elsewhere.
+    `planning`: which planning made it, so that a logged run is planned again as it was; a request without it is of the first.
     """
 
     run: int
@@ -22,6 +25,7 @@ class RunRequest:
     repeat: int = 1
     start_position: list[float] = field(default_factory=list)
     approach: bool = False
+    planning: int = LATEST_PLANNING
 
     def as_json(self) -> str:
         """One JSON object; numbers keep every bit."""
@@ -42,4 +46,12 @@ class RunRequest:
                 limit=sorted(known),
                 next_step="Give at least run and maneuver.",
             )
-        return RunRequest(**content)
+        request = RunRequest(**{"planning": FIRST_PLANNING, **content})
+        if not FIRST_PLANNING <= request.planning <= LATEST_PLANNING:
+            raise ManeuverError(
+                "the run was planned by another version of longreach",
+                value=request.planning,
+                limit=f"{FIRST_PLANNING} to {LATEST_PLANNING}",
+                next_step="Use that version.",
+            )
+        return request

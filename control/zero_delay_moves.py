@@ -10,11 +10,14 @@ from config.rig import Rig
 from control.pieces import JointMove, LineMove, Piece, Vector
 from control.shaper_choice import WHERE, ShaperChoice
 from control.trajectory import Trapezoid
-from control.zero_delay import corrected
+from control.zero_delay import FINENESS, corrected
 
 
-def correct_moves(pieces: Sequence[Piece], rig: Rig, choice: ShaperChoice) -> None:
-    """Exchange the time law of every move. Raises ManeuverError on an arm without a link, and for what this kind cannot do."""
+def correct_moves(pieces: Sequence[Piece], rig: Rig, choice: ShaperChoice, planning: int) -> None:
+    """Exchange the time law of every move. `planning`: see `RunRequest`.
+
+    Raises ManeuverError on an arm without a link, and for what this kind cannot do.
+    """
     names = list(rig.joints)
     if rig.link_mode is None or "rotary" not in names or "prismatic" not in names:
         raise ManeuverError(
@@ -35,7 +38,8 @@ def correct_moves(pieces: Sequence[Piece], rig: Rig, choice: ShaperChoice) -> No
     for piece in pieces:
         if isinstance(piece, LineMove | JointMove) and isinstance(piece.path, Trapezoid) and _turns(piece, rotary):
             joints = partial(_pair, piece.place, rotary, prismatic)
-            piece.path = corrected(piece.path, joints, rig.link_mode, choice.frequency_scale, choice.frequency_range)
+            scale, share = choice.frequency_scale, choice.frequency_range
+            piece.path = corrected(piece.path, joints, rig.link_mode, scale, share, FINENESS[planning])
 
 
 def _turns(piece: LineMove | JointMove, rotary: int) -> bool:

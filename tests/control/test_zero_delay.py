@@ -19,16 +19,26 @@ from control.kinematics import forward
 from control.link_mode import LinkFrequency
 from control.link_motion import carried_arm
 from control.planning import plan_run
+from control.run_plan import RunPlan
+from control.run_request import RunRequest
 from control.signals import Inputs, Mode
-from control.trajectory import Trapezoid
-from control.zero_delay import corrected
+from control.trajectory import SmoothRamps, Trapezoid, smoothed
+from control.zero_delay import FINENESS, corrected
 
 UNDAMPED = LinkMode(bending_stiffness=3556.75, mass_per_length=2.545698, payload=20.41, damping_ratio=0.0)
 LENGTH = 1.0
 HOME = [0.0, 40 * INCH]
+# Rotary (rad) and extension (m) at 0.3, 1.7, 2.9, 6 and 15 s of the line at y0 = 30 in, from the version before planning 2.
+PLACES_OF_PLANNING_1 = [
+    (-0.05942710350771145, 0.7633475150079548),
+    (-0.5173742042811286, 0.8767479954063018),
+    (-0.7755484147574325, 1.067171302163008),
+    (-0.6556164958725165, 0.9613052760352992),
+    (0.38052161266660584, 0.8207041182553938),
+]
 
 
-def _residual(path: Trapezoid | CorrectedPath, scale: float) -> float:
+def _residual(path: Trapezoid | SmoothRamps | CorrectedPath, scale: float) -> float:
     """Acceleration amplitude (m/s²) that a rotation by s rad leaves on an undamped oscillator: α ω |∫ θ̈ e^{−jωt} dt|."""
     omega = LinkFrequency(UNDAMPED, scale).omega_d(LENGTH)
     t = np.linspace(0.0, path.duration_s, 40001)
@@ -53,23 +63,27 @@ def test_trapezoid_residual_has_its_closed_form() -> None:
     assert _residual(path, 1.0) == pytest.approx(carried_arm(UNDAMPED, LENGTH) * expected, rel=1e-3)
 
 
+@pytest.mark.parametrize("planning", FINENESS)
 @pytest.mark.parametrize("share", [0.0, 0.1])
-def test_no_residual_over_the_range_and_no_delay(share: float) -> None:
-    path = Trapezoid(0.6, 0.3, 3.0)
-    found = corrected(path, lambda s: (s, LENGTH), UNDAMPED, 1.0, share)
+def test_no_residual_over_the_range_and_no_delay(share: float, planning: int) -> None:
+    path, faster = Trapezoid(0.6, 0.3, 3.0), FINENESS[planning].faster
+    found = corrected(path, lambda s: (s, LENGTH), UNDAMPED, 1.0, share, FINENESS[planning])
     before = max(_residual(path, scale) for scale in (0.95, 1.0, 1.05))
     assert before > 1.0
     for scale in np.linspace(1.0 - share, 1.0 + share, 9):
         assert _residual(found, float(scale)) < 0.04 * before
     assert found.duration_s == path.duration_s
     assert found.at(path.duration_s) == path.at(path.duration_s) == (0.6, 0.0, 0.0)
-    assert found.at(0.0) == path.at(0.0)
+    assert found.at(0.0) == (smoothed(path, faster) if faster else path).at(0.0)
 
 
-def test_the_correction_is_the_least_one() -> None:
+@pytest.mark.parametrize("planning", FINENESS)
+def test_the_correction_is_the_least_one(planning: int) -> None:
     """∫δs̈² against the minimum-norm solution for a constant length, from the same two conditions by numpy."""
-    path = Trapezoid(0.6, 0.3, 3.0)
-    found = corrected(path, lambda s: (s, LENGTH), UNDAMPED, 1.0, 0.0)
+    fineness = FINENESS[planning]
+    planned = Trapezoid(0.6, 0.3, 3.0)
+    path = smoothed(planned, fineness.faster) if fineness.faster else planned
+    found = corrected(planned, lambda s: (s, LENGTH), UNDAMPED, 1.0, 0.0, fineness)
     omega, step = LinkFrequency(UNDAMPED).omega_d(LENGTH), path.duration_s / 20000
     t = (np.arange(20000) + 0.5) * step
     extra = np.array([found.at(float(x))[2] - path.at(float(x))[2] for x in t])
@@ -78,6 +92,54 @@ def test_the_correction_is_the_least_one() -> None:
     wanted = basis @ extra * step
     least = float(wanted @ np.linalg.solve(basis @ basis.T * step, wanted))
     assert np.sum(extra**2) * step < 1.1 * least
+
+
+def test_smooth_ramps_have_the_slopes_they_give_and_no_corner() -> None:
+    """Position, speed and acceleration against differences; nowhere more than the trapezoid's acceleration, 1.15 of its speed."""
+    planned = Trapezoid(-0.762, 0.254, 2.54)
+    path = smoothed(planned, 1.15)
+    assert isinstance(path, SmoothRamps)
+    assert (path.distance, path.duration_s) == (planned.distance, planned.duration_s)
+    t = np.linspace(-0.01, path.duration_s + 0.01, 20001)
+    s, speed, acceleration = np.array([path.at(float(x)) for x in t]).T
+    assert (s[0], s[-1]) == (0.0, -0.762)
+    assert np.gradient(s, t) == pytest.approx(speed, abs=1e-5)
+    assert np.gradient(speed, t) == pytest.approx(acceleration, abs=1e-3)
+    assert np.abs(speed).max() == pytest.approx(1.15 * 0.254)
+    assert np.abs(acceleration).max() < 2.54
+    assert np.abs(np.diff(acceleration)).max() < 0.01
+
+
+@pytest.mark.parametrize("distance", [0.02, 0.1])
+def test_a_short_move_keeps_its_ramps(distance: float) -> None:
+    """A triangle, and a trapezoid hardly longer: smooth ramps would have to be steeper."""
+    path = Trapezoid(distance, 0.254, 2.54)
+    assert smoothed(path, 1.15) is path
+
+
+@pytest.mark.parametrize("pounds", [0.0, 20.0])
+def test_a_fast_link_ends_at_rest_too(pounds: float) -> None:
+    """Judged by the mode driven by the joints, integrated with small steps: 8 to 37 Hz, ends of the move corrected by themselves."""
+    rig = _line_rig()
+    assert rig.link_mode is not None
+    believed = rig.link_mode.model_copy(update={"payload_kg": pounds * 0.45359237})
+    rig = rig.model_copy(update={"link_mode": believed})
+    plan = plan_run(rig, request(shipped("paper_line_y30"), [0.0, 30 * INCH], {"kind": "zero_delay"}))
+    assert max(_left(plan, believed, scale) for scale in (0.9, 1.0, 1.1)) < 0.05
+
+
+def _left(plan: RunPlan, link: LinkMode, scale: float) -> float:
+    """Acceleration amplitude (m/s²) of the mode at the end of the first move."""
+    mode = LinkFrequency(link, scale)
+    w = speed = 0.0
+    step = 0.00025
+    for n in range(round(3.1 / step)):
+        (_, length), (rate, length_rate), (acceleration, _), _ = plan.program.at((n + 0.5) * step, 0)
+        omega = mode.omega_d(length)
+        forced = -carried_arm(link, length) * acceleration - 2.0 * length_rate * rate
+        speed += step * (forced - omega**2 * w - 2 * mode.damping_ratio * omega * speed)
+        w += step * speed
+    return omega * hypot(omega * w, speed)
 
 
 def _line_rig() -> Rig:
@@ -131,14 +193,17 @@ def test_the_mode_of_the_corrected_line_ends_at_rest() -> None:
     rig = _line_rig()
     plan = plan_run(rig, request(shipped("paper_line"), HOME, {"kind": "zero_delay"}))
     assert rig.link_mode is not None
-    mode = LinkFrequency(rig.link_mode)
-    w = speed = 0.0
-    step = 0.00025
-    for n in range(round(3.1 / step)):
-        (_, length), (rate, length_rate), (acceleration, _), _ = plan.program.at((n + 0.5) * step, 0)
-        omega = mode.omega_d(length)
-        forced = -carried_arm(rig.link_mode, length) * acceleration - 2.0 * length_rate * rate
-        speed += step * (forced - omega**2 * w - 2 * mode.damping_ratio * omega * speed)
-        w += step * speed
-    omega = mode.omega_d(length)
-    assert omega * hypot(omega * w, speed) < 0.06
+    assert _left(plan, rig.link_mode, 1.0) < 0.06
+
+
+def test_a_request_of_an_earlier_version_is_planned_as_it_was() -> None:
+    """Without the number of its planning: eighty splines at most, ramps with corners; the same places to 1e-12 as they were logged."""
+    rig = _line_rig()
+    asked = json.loads(request(shipped("paper_line_y30"), [0.0, 30 * INCH], {"kind": "zero_delay"}).as_json())
+    del asked["planning"]
+    plan = plan_run(rig, RunRequest.from_json(json.dumps(asked)))
+    places = [plan.program.at(t, plan.program.index_at(t))[0] for t in (0.3, 1.7, 2.9, 6.0, 15.0)]
+    assert np.array(places) == pytest.approx(np.array(PLACES_OF_PLANNING_1), abs=1e-12)
+    assert RunRequest.from_json(plan.request.as_json()) == plan.request
+    with pytest.raises(ManeuverError, match="another version"):
+        RunRequest.from_json(json.dumps({**asked, "planning": 3}))
