@@ -100,7 +100,7 @@ def _together(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
 
 
 def _vibration(records: Sequence[TipRecord], link: LinkMode) -> PayloadEstimate | None:
-    """Mean over the holds weighted by their certainty; its spread counts when it is larger than the noise explains."""
+    """Mean over the holds weighted by their certainty; their spread counts when it is larger than their certainties explain."""
     holds = [hold for record in records for hold in free_vibrations(record, link)]
     if not holds:
         return None
@@ -108,9 +108,10 @@ def _vibration(records: Sequence[TipRecord], link: LinkMode) -> PayloadEstimate 
     floors = np.hypot(found[:, 1], MODEL_SHARE * found[:, 0] + MODEL_KG)
     weights = 1.0 / floors**2
     mean = float(np.average(found[:, 0], weights=weights))
-    spread = sqrt(float(np.average((found[:, 0] - mean) ** 2, weights=weights)) / max(1, len(holds) - 1))
+    spread = float(np.average((found[:, 0] - mean) ** 2, weights=weights)) / max(1, len(holds) - 1)
+    known = sqrt(max(spread, 1.0 / float(np.sum(weights))))
     samples = sum(rows.stop - rows.start for record in records for _, rows in record.holds)
-    return PayloadEstimate(mean, 2.0 * hypot(spread, MODEL_SHARE * mean + MODEL_KG), "free vibration", samples)
+    return PayloadEstimate(mean, 2.0 * hypot(known, MODEL_SHARE * mean + MODEL_KG), "free vibration", samples)
 
 
 def _balance(record: TipRecord, link: LinkMode) -> PayloadEstimate | None:

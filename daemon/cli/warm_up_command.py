@@ -103,7 +103,7 @@ def _table(study: Any) -> Table:
     table.add_row("rotary gain at 0.1 V, 0.5 Hz, against 40 °C", *(f"{100.0 * (each.small_gain - 1.0):+.0f} %" for each in moments))
     table.add_row("Eq 4 at 0.3 V: K/b, °/s/V", *(f"{each.eq4.velocity_gain:.1f}" for each in moments))
     table.add_row("  frequency, Hz, and damping", *(f"{each.eq4.frequency_Hz:.1f}, {each.eq4.damping_ratio:.2f}" for each in moments))
-    for joint in moments[0].rate_share:
+    for joint in moments[0].rate_share["with"]:
         for name in ("without", "with"):
             shares = (_pair(each.rate_share[name][joint]) for each in moments)
             table.add_row(f"{joint} rate over the one asked for, forth / back, {name} table", *shares)
