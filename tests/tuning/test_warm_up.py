@@ -67,7 +67,7 @@ def test_five_hours_at_full_detail(rig: Rig) -> None:
     _agrees(rig, ran, 22.0)
     assert np.mean(np.abs(ran.flow.reshape(-1, 300).mean(axis=1) - stated_flow().reshape(-1, 300).mean(axis=1))) / GPM < 0.15
     assert 50.0 <= ran.reservoir_C[-1] <= 60.0
-    assert np.all(np.diff(ran.reservoir_C[1799::3600]) > 0.0)
+    assert np.all(np.diff(ran.reservoir_C[3599::3600]) > 0.0)  # at every whole hour
     last = ran.t_s > 5 * 3600 - 25 * MINUTE
     assert 4.0 <= np.ptp(ran.supply_C[last]) <= 9.0
     assert np.ptp(ran.supply_C[last]) > 3.0 * np.ptp(ran.reservoir_C[last])
@@ -81,4 +81,4 @@ def test_five_hours_at_full_detail(rig: Rig) -> None:
     assert np.all(rotary[:, 1] < 0.6 * rotary[:, 0])
     assert np.max(rotary[:, 1]) < 0.05
     assert np.all(prismatic[:, 1] < 0.25 * prismatic[:, 0])
-    assert np.max(prismatic[:, 1]) < 0.15
+    assert np.max(prismatic[:, 1]) < 0.2
