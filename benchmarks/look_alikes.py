@@ -110,7 +110,7 @@ def _judged(course: Course, hidden: tuple[str, str]) -> dict[str, Any]:
 
 
 def summary(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Counts over the cases in doubt. A maneuver was proposed for those that were asked one or end in a set no maneuver can resolve."""
+    """Counts over the cases. What ends with a sensor asked for is no failure of the maneuvers, if the hidden effect is in the set."""
     doubtful = [row for row in rows if row["unresolved_at_first"]]
     asked = [row for row in doubtful if row["asked"]]
     sensor = [row for row in doubtful if row["outcome"] == "needs_sensor"]
@@ -119,7 +119,8 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> str:
         f"in doubt after the first logs: {len(doubtful)} of {len(rows)}",
         f"a maneuver was proposed and run: {len(asked)}",
         f"resolved to the hidden effect alone: {sum(row['resolved'] for row in to_run)} of {len(to_run)} that maneuvers can resolve",
-        f"only another sensor can, says the search: {len(sensor)}",
+        f"only another sensor can, says the search: {len(sensor)}, the hidden effect in the set: "
+        f"{sum(any(row['hidden'] in names for names in row['sets']) for row in sensor)}",
         f"another effect confirmed instead: {sum(row['wrong'] for row in rows)}",
     )
     return "\n".join(counts)

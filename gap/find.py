@@ -26,6 +26,7 @@ from gap.data_check import DataProblem, check, refuse_pairing, same_maneuver
 from gap.evaluation import Evaluation
 from gap.findings import as_text
 from gap.found import Found
+from gap.last_look import last_look
 from gap.measured import Measured, load
 from gap.model import Model
 from gap.model_check import against_model
@@ -84,7 +85,7 @@ def search_gap(
     state, nominal, refitted = started(model, experiments, held, frozenset(names), tell)
     faults = _beside_model(nominal, names, tell)
     if not any(fault.fatal for fault in faults):
-        state = search(state, tell)
+        state = last_look(search(state, tell), tell)
     problems += faults
     return concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], settings, tell)
 
