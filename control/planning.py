@@ -27,6 +27,7 @@ from control.zero_delay_moves import correct_moves
 
 APPROACH_HOLD_S = 2.0
 LONGEST_SHAPED_S = 600.0
+SLOWER_SHARES = (0.9, 0.8, 0.65, 0.5)  # of speed and acceleration, tried one after the other: a second or two each
 
 
 def plan_run(rig: Rig, request: RunRequest) -> RunPlan:
@@ -34,6 +35,35 @@ def plan_run(rig: Rig, request: RunRequest) -> RunPlan:
 
     The program starts at its own start; an arm elsewhere is refused, or taken there slowly first (`request.approach`).
     """
+    try:
+        return _plan(rig, request)
+    except ManeuverError as error:
+        advice = _slower(rig, request)
+        if not advice:
+            raise
+        parts = error.refusal
+        raise ManeuverError(
+            parts.what, value=parts.value, limit=parts.limit, unit=parts.unit, where=parts.where, next_step=advice
+        ) from error
+
+
+def _slower(rig: Rig, request: RunRequest) -> str:
+    """What a line that `zero_delay` cannot correct within the limits would need; the correction does not shrink as the pace does, so it
+    is tried."""
+    if request.shaper.get("kind") != "zero_delay" or request.maneuver.get("kind") != "straight_line":
+        return ""
+    for share in SLOWER_SHARES:
+        slower = {key: share * request.maneuver[key] for key in ("speed", "acceleration")}
+        try:
+            _plan(rig, replace(request, maneuver={**request.maneuver, **slower}))
+        except ManeuverError:
+            continue
+        speed, acceleration = slower.values()
+        return f"It can be corrected at {share:g} of its pace: speed {speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2."
+    return ""
+
+
+def _plan(rig: Rig, request: RunRequest) -> RunPlan:
     maneuver = _maneuver(request.maneuver)
     joints = joint_limits(rig)
     period_s = 1.0 / rig.loop.rate_Hz

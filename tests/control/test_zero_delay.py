@@ -188,6 +188,15 @@ def test_refusals() -> None:
         plan_run(axis, request(content("jog", joint="axis", by="10 mm"), [0.0], {"kind": "zero_delay"}))
 
 
+def test_a_line_too_fast_to_be_corrected_is_told_its_pace() -> None:
+    """Twice the paper's speed is within the joints' limits, but not with what the correction adds; at the pace named it is."""
+    rig, line = _line_rig(), shipped("paper_line") | {"speed": 0.5}
+    plan_run(rig, request(line, HOME))
+    with pytest.raises(ManeuverError, match=r"at 0\.9 of its pace: speed 0\.45 m/s, acceleration 2\.286 m/s\^2"):
+        plan_run(rig, request(line, HOME, {"kind": "zero_delay"}))
+    plan_run(rig, request(line | {"speed": 0.45, "acceleration": 2.286}, HOME, {"kind": "zero_delay"}))
+
+
 def test_the_mode_of_the_corrected_line_ends_at_rest() -> None:
     """Independent of the adjoint: the mode driven by the planned joints, integrated with small steps and the joint's acceleration."""
     rig = _line_rig()
