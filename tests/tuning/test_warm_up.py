@@ -65,7 +65,9 @@ def test_five_hours_at_full_detail(rig: Rig) -> None:
     study = warm_up_study(rig, [0.0, 9000.0, 18000.0])
     ran = study.ran
     _agrees(rig, ran, 22.0)
-    assert np.mean(np.abs(ran.flow.reshape(-1, 300).mean(axis=1) - stated_flow().reshape(-1, 300).mean(axis=1))) / GPM < 0.15
+    assert (
+        np.mean(np.abs(ran.flow.reshape(-1, 300).mean(axis=1) - stated_flow().reshape(-1, 300).mean(axis=1))) / GPM < 0.3
+    )  # hot oil leaks
     assert 50.0 <= ran.reservoir_C[-1] <= 60.0
     assert np.all(np.diff(ran.reservoir_C[3599::3600]) > 0.0)  # at every whole hour
     last = ran.t_s > 5 * 3600 - 25 * MINUTE
