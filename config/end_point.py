@@ -41,6 +41,14 @@ class EndPoint(Section):
         low=0,
         high=1000,
     )
+    friction_high_pass_Hz: float = quantity(
+        "Hz",
+        "corner of a high-pass between the correction and friction_gain, so that a deflection sensor that is off does not use the share "
+        "up; well below the slowest link (0: none)",
+        0.0,
+        low=0,
+        high=5,
+    )
     acceleration_noise_m_per_s2: float = quantity("m/s^2", "of tip.acceleration, for the estimator", 0.02, low=1e-4, high=10)
 
     @field_validator("off_above_Hz", "lead_full_Hz")

@@ -58,6 +58,8 @@ class EndPointFeedback:
         "_filtered_m",
         "_frequency",
         "_in_step",
+        "_lasting",
+        "_lasting_share",
         "_lost_m",
         "_omega",
         "_out_step",
@@ -79,10 +81,12 @@ class EndPointFeedback:
         self._lost_m = 0.0  # what the low-pass takes away of the last good sample
         self._fade = 0.0
         self._omega = 0.0  # of the link, in the last cycle
+        self._lasting = 0.0  # rad, what stays in the correction
+        self._lasting_share = 1.0 - exp(-2.0 * pi * settings.friction_high_pass_Hz * period_s)
 
     def release(self) -> None:
         """As before the feedback was ever used."""
-        self._filtered_m = self._lost_m = self._fade = 0.0
+        self._filtered_m = self._lost_m = self._fade = self._lasting = 0.0
         if self._estimator is not None:
             self._estimator.reset()
         self._expected.reset()
@@ -116,13 +120,16 @@ class EndPointFeedback:
         return gain * (kept * self._filtered_m + lead * self._lost_m) / length
 
     def push(self, correction: float) -> float:
-        """Share of the friction of a resting joint to be overcome for the correction (rad) of this cycle, before the servo limits it.
+        """Share of the friction of a resting joint to be overcome for the correction (rad) of this cycle, before the servo limits it;
+        call it once a cycle.
 
         A joint in the grip of its friction does not follow small corrections: the link would ring on below about 0.5 m/s². Volts that
         leave less than the friction can hold cannot turn the joint by themselves, they only make it follow. In a joint that stands the
-        oil's pressure is the integral of the flow, so a faster link needs more of them.
+        oil's pressure is the integral of the flow, so a faster link needs more of them. What lasts is a sensor that is off, no vibration:
+        it must not use the share up.
         """
-        return self._settings.friction_gain * self._omega * correction
+        self._lasting += self._lasting_share * (correction - self._lasting)
+        return self._settings.friction_gain * self._omega * (correction - self._lasting)
 
     def snapshot(self) -> dict[str, Any]:
         estimator = self._estimator.snapshot() if self._estimator is not None else None
@@ -130,13 +137,14 @@ class EndPointFeedback:
             "filtered": self._filtered_m,
             "lost": self._lost_m,
             "fade": self._fade,
+            "lasting": self._lasting,
             "estimator": estimator,
             "expected": self._expected.snapshot(),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         self._filtered_m, self._fade = state["filtered"], state["fade"]
-        self._lost_m = state.get("lost", 0.0)  # not in a log of an earlier version
+        self._lost_m, self._lasting = state.get("lost", 0.0), state.get("lasting", 0.0)  # not in a log of an earlier version
         if self._estimator is not None:
             self._estimator.restore(state["estimator"])
         self._expected.restore(state["expected"])

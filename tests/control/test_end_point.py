@@ -112,9 +112,9 @@ def test_tip_angle_is_limited() -> None:
     assert _run(_feedback(), 0.5, 2000)[-1] == pytest.approx(0.5 * 0.0523599)
 
 
-def _rig(source: str) -> Rig:
+def _rig(source: str, *changes: str) -> Rig:
     text = load_rig(find("rigs", "ornl_testbed")).text
-    return rig_from_text(apply_overrides(text, [f"end_point.source={source}", "servo.rotary.dither=0 V"]))
+    return rig_from_text(apply_overrides(text, [f"end_point.source={source}", "servo.rotary.dither=0 V", *changes]))
 
 
 def test_rig_without_the_section_ignores_the_tip(rig: Rig) -> None:
@@ -142,7 +142,7 @@ def test_friction_is_overcome_in_the_direction_of_the_correction(deflection: flo
     """48 s/rad × 17.1 rad/s of the loaded link at 1.2 m × correction, at most 0.6, of the 22.8 mV at 40 °C; none without a temperature."""
 
     def volts(oil: tuple[float, ...]) -> float:
-        controller = Controller(_rig("deflection"))
+        controller = Controller(_rig("deflection", "end_point.friction_high_pass=0 Hz"))
         rows = [Inputs(n, Mode.HOLDING, 0, (0.1, 1.2), deflection, nan, oil) for n in range(1000)]
         return [controller.step(row).joints[0].command_V for row in rows][-1]
 
@@ -150,6 +150,19 @@ def test_friction_is_overcome_in_the_direction_of_the_correction(deflection: flo
     omega = (3 * 3556.75 / 1.2**3 / (20.41166 + 33 / 140 * 2.545698 * 1.2)) ** 0.5
     expected = asked * omega * correction * 0.0228 if asked is not None else 0.6 * 0.0228 * (1 if correction > 0 else -1)
     assert volts((40.0, nan)) - volts((nan, nan)) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_sensor_that_is_off_asks_for_no_friction_and_a_vibration_does() -> None:
+    """High-pass of 0.3 Hz: nothing is left of a steady correction after 3 s, 0.98 of an oscillation of 1.5 Hz, 11° ahead."""
+    with_it, without = (_feedback(friction_gain="48 s/rad", friction_high_pass=f"{corner} Hz") for corner in (0.3, 0.0))
+    steady = [(_step(with_it, 0.001), with_it.push(_step(without, 0.001)), without.push(0.001)) for _ in range(3500)]
+    assert abs(steady[-1][1]) < 0.01 * steady[-1][2]
+    t = np.arange(8000) * PERIOD_S
+    wave = 0.001 * np.sin(2 * pi * 1.5 * t)
+    pushed = [(with_it.push(float(x)), without.push(float(x))) for x in wave]
+    found = np.exp(-2j * pi * 1.5 * t[-4000:]) @ np.array(pushed[-4000:])
+    assert abs(found[0] / found[1]) == pytest.approx(1 / (1 + 0.2**2) ** 0.5, rel=0.01)
+    assert np.angle(found[0] / found[1], deg=True) == pytest.approx(11.3, abs=0.5)
 
 
 def test_friction_gain_needs_a_friction() -> None:
