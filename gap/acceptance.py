@@ -43,11 +43,11 @@ def _taken(state: Search, step: Step, tell: Tell) -> Search:
     taken = replace(state, steps=[*state.steps, *beside, step])
     rivals = f" (or {', '.join(r.candidate.label for r in step.rivals)})" if step.rivals else ""
     tell(f"accepted: {step.trial.candidate.label}{rivals}")
-    _refit(taken, step.trial.fit, tell)
+    refit(taken, step.trial.fit, tell)
     return taken
 
 
-def _refit(state: Search, start: Fit, tell: Tell) -> None:
+def refit(state: Search, start: Fit, tell: Tell) -> None:
     """All numbers again, with all sensitivities new; from the rig file's own constants when these are the better place to start."""
     tell("refitting all constants")
     own = _from_own_constants(state, start)
@@ -86,7 +86,7 @@ def swap(state: Search, tell: Tell) -> None:
         if paired_t(state.seen, trial.holdout) > KEEP_T:
             tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
             state.steps[number] = Step(trial.fit.model.added[-1], trial, (step.trial,), ())
-            _refit(state, trial.fit, tell)
+            refit(state, trial.fit, tell)
 
 
 def drop_superfluous(state: Search, tell: Tell) -> None:
@@ -99,7 +99,7 @@ def drop_superfluous(state: Search, tell: Tell) -> None:
         if paired_t(seen, state.seen) < KEEP_T:
             tell(f"dropped: {step.trial.candidate.label} explains nothing that the others do not")
             state.steps.remove(step)
-            _refit(state, without, tell)
+            refit(state, without, tell)
 
 
 def _without(state: Search, entry: EffectEntry) -> Fit | None:

@@ -33,9 +33,9 @@ from gap.model_check import against_model
 from gap.nuisance import nuisances
 from gap.opening import experiments_of, started
 from gap.report import write_report
-from gap.select import search
 from gap.settings import Settings
 from gap.unseen import unseen
+from gap.within_priors import search_within_priors
 from tuning.record_file import write_whole
 
 DEFAULTS = Settings()
@@ -85,7 +85,7 @@ def search_gap(
     state, nominal, refitted = started(model, experiments, held, frozenset(names), tell)
     faults = _beside_model(nominal, names, tell)
     if not any(fault.fatal for fault in faults):
-        state = last_look(search(state, tell), tell)
+        state = last_look(search_within_priors(state, tell), tell)
     problems += faults
     return concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], settings, tell)
 

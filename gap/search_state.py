@@ -46,6 +46,7 @@ class Search:
     screening: Screening | None = None
     first_screening: Screening | None = None
     last_trials: tuple[Trial, ...] = ()
+    strained: tuple[str, ...] = ()  # constants that would explain the gap without the effects, far beyond their priors
 
     @property
     def cost(self) -> float:

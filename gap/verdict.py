@@ -56,9 +56,12 @@ def _named(state: Search, before: float, refit: float, after: float) -> Verdict:
         why = f"{names} help, but {rest:.0%} of the gap remains ({gap}): an effect outside the library or a constant that is not free."
         return Verdict("unknown", why, False)
     clear = after - FLOOR <= CLEAR * max(refit - FLOOR, NO_GAP - FLOOR)
-    closed = after <= CLOSED and clear
+    closed = after <= CLOSED and clear and not state.strained
     open_ = "" if closed else f" {rest:.1%} of the gap remains, so the names are tentative."
-    if after <= CLOSED and not clear:
+    if state.strained:
+        far = f"{', '.join(state.strained)} more than {ALARM:g} prior standard deviations away"
+        open_ = f" Constants alone would do as much with {far}, so the names are tentative: check these constants."
+    elif after <= CLOSED and not clear:
         open_ = f" The best constants alone end at {refit:.3g}, so the names are tentative."
     unclear = [(s.trial, *alike) for s in state.steps if (alike := look_alikes(state, s))]
     if unclear:

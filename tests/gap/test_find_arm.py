@@ -37,6 +37,7 @@ def named(content: dict[str, Any]) -> set[tuple[str, str]]:
         ("link_flexibility", "link"),
         ("coulomb_friction", "rotary"),
         ("valve_lag", "rotary"),
+        ("hose_compliance", "rotary"),  # softer oil, far beyond its prior, would do as much
     ],
 )
 def test_deleted_effect_is_found(tmp_path: Path, logs: dict[str, Path], effect: str, where: str) -> None:

@@ -69,3 +69,15 @@ def test_a_delayed_encoder_is_named(tmp_path: Path) -> None:
     named = {f["effect"] for f in content["findings"]} | {a["effect"] for f in content["findings"] for a in f["look_alikes"]}
     assert named & {"sensor_delay", "transport_delay"}
     assert "coulomb_friction" not in named
+
+
+def test_a_mass_far_from_its_prior_is_an_alarm_that_an_effect_explains(tmp_path: Path) -> None:
+    """The tag [B] grants 2 % of the mass, not 7.5 %: an inertia that the rig file lacks is likelier, or an encoder read too large."""
+    truth = axis_logs.axis_text().replace("mass: 95.1089 kg", "mass: 102.24 kg")
+    content = search(tmp_path, axis_logs.axis_text(), truth)
+    (found,) = content["findings"]
+    assert (found["effect"], found["where"], found["confirmed"]) == ("inertia_error", "axis", False)
+    assert found["parameters"]["extra"]["value"] == pytest.approx(102.24 - 95.1089, rel=0.1)
+    assert [(other["effect"], other["where"]) for other in found["look_alikes"]] == [("sensor_scale", "sensor:axis.position")]
+    assert not any(constant["alarm"] for constant in content["parameters"].values())
+    assert content["gap"]["holdout_after"] <= 1.2

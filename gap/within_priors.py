@@ -1,0 +1,70 @@
+"""Where the refitted constants leave their priors: the search from constants that stay near their own.
+
+A constant several standard deviations from what was known of it is an alarm about the structure, not a calibration (gap.md B.4): it does
+what the missing effect should, and hides the effect's signature. Held near their priors, the constants leave it to be seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from gap.acceptance import REFIT_STEPS, refit
+from gap.evaluation import evaluate, recounted
+from gap.fit import CONVERGED, Fit, fit, settled
+from gap.model import Free, Model
+from gap.search_state import Search
+from gap.select import search
+from gap.verdict import NO_GAP, alarmed
+
+WITHIN = 2.0  # prior standard deviations: 95 % of honest priors
+AS_GOOD = 1.05  # hold-out with the effect over that with the strained constants
+
+Tell = Callable[[str], None]
+
+
+def search_within_priors(state: Search, tell: Tell) -> Search:
+    """The search from the refitted constants; where these left their priors, from constants held near them if that explains as much."""
+    strained = alarmed(state.current)
+    if not strained:
+        return search(state, tell)
+    tell(f"beyond their priors: {', '.join(strained)}; searching with every constant within {WITHIN:g} standard deviations")
+    held = _held(state)
+    tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
+    enough = AS_GOOD * max(state.cost, NO_GAP)
+    found = search(held, tell)
+    freed = _unbounded(found.current, state.nominal.model)
+    if found.steps:
+        refit(found, freed, tell)
+    else:
+        found.current = freed
+    if alarmed(found.current) or found.cost > enough:
+        return search(state, tell)
+    stands_in = bool(found.steps) and state.cost <= AS_GOOD * max(found.cost, NO_GAP)
+    return replace(found, nominal=state.nominal, strained=tuple(strained) if stands_in else ())
+
+
+def _held(state: Search) -> Search:
+    """A search that begins at the rig file's own constants and keeps them near."""
+    own = state.nominal
+    model = replace(own.model, free=tuple(_near(free) for free in own.model.free))
+    experiments = [e.experiment for e in own.evaluations]
+    costs = recounted(state.costs, own.evaluations)
+    known = [e.projection for e in own.evaluations]
+    numbers = range(len(model.free))
+    done = fit(model, experiments, costs, numbers, own.jacobian, REFIT_STEPS, known, CONVERGED)
+    done, costs = settled(done, experiments, costs, REFIT_STEPS)
+    seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
+    return Search(experiments, state.holdouts, costs, state.channels, replace(own, model=model), done, seen, state.workers)
+
+
+def _near(free: Free) -> Free:
+    if not free.prior:
+        return free
+    way = WITHIN * free.scale
+    return replace(free, low=max(free.low, free.start - way), high=min(free.high, free.start + way))
+
+
+def _unbounded(done: Fit, own: Model) -> Fit:
+    """The same fit with the constants' own bounds; they stand before the parameters of effects."""
+    return replace(done, model=replace(done.model, free=(*own.free, *done.model.free[len(own.free) :])))
