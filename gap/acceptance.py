@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from config.effect_entry import EffectEntry
 from gap.compare import paired_t
 from gap.evaluation import Evaluation, evaluate
@@ -62,9 +60,7 @@ def refit(state: Search, start: Fit, tell: Tell) -> None:
 
 def _from_own_constants(state: Search, start: Fit) -> Fit:
     """Only the effects fitted, every constant as in the rig file: what the missing effect had torn away stands right again."""
-    model = start.model
-    theta = np.array([free.start if free.prior else value for free, value in zip(model.free, model.theta, strict=True)])
-    plain = model.with_theta(theta)
+    plain = start.model.with_own_constants()
     if not effects(plain):  # the sign of a sensor has nothing to fit
         now = tuple(evaluate(e, plain, state.costs) for e in state.experiments)
         return Fit(plain, now, start.jacobian, start.columns, start.objective)

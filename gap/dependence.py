@@ -36,9 +36,9 @@ class Dependence:
         return {
             "variable": self.variable,
             "unit": self.unit,
-            "edges": [_short(v) for v in self.edges],
-            "imbalance": [_short(v) for v in self.means],
-            "ci95": [[_short(m - h), _short(m + h)] for m, h in zip(self.means, self.half_width, strict=True)],
+            "edges": [short(v) for v in self.edges],
+            "imbalance": [short(v) for v in self.means],
+            "ci95": [[short(m - h), short(m + h)] for m, h in zip(self.means, self.half_width, strict=True)],
         }
 
     def text(self) -> str:
@@ -114,5 +114,6 @@ def _spread(bins: NDArray[np.int64], residual: Array, count: int, seed: int) -> 
     return np.asarray(drawn.std(axis=0))
 
 
-def _short(value: float) -> float:
+def short(value: float) -> float:
+    """Four digits, for a file that is read."""
     return float(f"{value:.4g}")

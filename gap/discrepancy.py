@@ -14,7 +14,7 @@ import numpy as np
 from config.rig import Rig
 from gap.additive import additive
 from gap.balances import Balance, balances
-from gap.dependence import operating_variables
+from gap.dependence import operating_variables, short
 from gap.measured import Array, Measured
 from gap.noise import noise_floors
 
@@ -42,7 +42,7 @@ def discrepancy(logs: Sequence[Measured], rig: Rig) -> dict[str, Any] | None:
     return {
         "equation": f"{equation} of {where}",
         "unit": parts[0][1].unit,
-        "imbalance": _short(float(np.sqrt(np.mean(imbalance[good] ** 2)))),
+        "imbalance": short(float(np.sqrt(np.mean(imbalance[good] ** 2)))),
         "imbalance_z": round(_z(parts), 1),
         "carried_by": [_curve(c.name, c.share, c.at, c.value) for c in curves],
     }
@@ -63,8 +63,4 @@ def _z(parts: Sequence[tuple[Measured, Balance]]) -> float:
 
 
 def _curve(name: str, share: float, at: Array, value: Array) -> dict[str, Any]:
-    return {"input": name, "share": round(share, 3), "at": [_short(v) for v in at], "value": [_short(v) for v in value]}
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.4g}")
+    return {"input": name, "share": round(share, 3), "at": [short(v) for v in at], "value": [short(v) for v in value]}

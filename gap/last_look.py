@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from gap.compare import separation_t
 from gap.evaluation import evaluate, mean_cost
 from gap.fit import unfitted
@@ -49,8 +47,7 @@ def _new(trial: Trial, found: list[Trial]) -> bool:
 
 def _dropped(state: Search, step: Step, tell: Tell) -> None:
     """Take the effect out when the others, fitted again with the rig file's own constants, leave no more than is worth an effect."""
-    smaller = state.current.model.without_effect(step.entry)
-    model = smaller.with_theta(np.array([f.start if f.prior else v for f, v in zip(smaller.free, smaller.theta, strict=True)]))
+    model = state.current.model.without_effect(step.entry).with_own_constants()
     if not effects(model):
         return
     reached = _effects_fitted(state, model)

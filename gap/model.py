@@ -64,6 +64,10 @@ class Model:
     def with_theta(self, theta: Array) -> Model:
         return replace(self, theta=theta)
 
+    def with_own_constants(self) -> Model:
+        """Every constant as in the rig file; what has no prior, the effects' parameters, keeps its value."""
+        return self.with_theta(np.array([f.start if f.prior else value for f, value in zip(self.free, self.theta, strict=True)]))
+
     def with_effect(self, entry: EffectEntry, free: Sequence[Free]) -> Model:
         """The model with one more effect at the end of its list; paths of `free` are relative to the entry."""
         assert self.rig.plant is not None

@@ -13,7 +13,7 @@ from gap.measured import Array
 from gap.model import Model
 from gap.model_file import improved, moved, width_key
 from gap.search_state import Search
-from gap.trial import FLOOR
+from gap.trial import FLOOR, effects
 from gap.verdict import Verdict
 
 ALIKE = 1.03  # ratio of hold-out costs up to which the model with fewer changes is preferred
@@ -29,16 +29,16 @@ def widths_of(state: Search, half_width: Array) -> dict[str, float]:
 def leanest(state: Search, half_width: Array, tell: Tell) -> Model:
     """The model with the fewest changed constants that predicts the hold-out as well as the one with all of them."""
     model = state.current.model
-    effects = [k for entry in model.added for k in model.of_effect(entry)]
-    some = sorted({*effects, *moved(model, half_width)})
-    for numbers in [effects, some] if effects else [some]:
+    sizes = effects(model)
+    some = sorted({*sizes, *moved(model, half_width)})
+    for numbers in [sizes, some] if sizes else [some]:
         smaller = model.restricted(numbers)
         jacobian = [columns[numbers] for columns in state.current.jacobian]
         known = [e.projection for e in state.current.evaluations]
         done = fit(smaller, state.experiments, state.costs, range(len(numbers)), jacobian, 4, known) if numbers else None
         reached = mean_cost(again(state, done.model)) if done else np.inf
         if done and reached <= max(ALIKE * state.cost, FLOOR):
-            tell(f"{len(numbers) - len(effects)} changed constants suffice: hold-out {reached:.4g} noise floors")
+            tell(f"{len(numbers) - len(sizes)} changed constants suffice: hold-out {reached:.4g} noise floors")
             return done.model
     return model
 
