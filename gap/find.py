@@ -87,7 +87,8 @@ def search_gap(
     if not any(fault.fatal for fault in faults):
         state = last_look(search_within_priors(state, tell), tell)
     problems += faults
-    return concluded(loaded, names, state, nominal, refitted, problems, [*fit_logs, *holdout_logs], settings, tell)
+    best = refitted if state.steps else state.seen  # a search that named nothing may have put its own constants in their place
+    return concluded(loaded, names, state, nominal, best, problems, [*fit_logs, *holdout_logs], settings, tell)
 
 
 def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
