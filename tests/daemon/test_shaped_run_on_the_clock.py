@@ -43,7 +43,8 @@ def test_the_holds_are_those_of_lockstep_within_2_dB(
     deflection back."""
     rig = _finer(_made(tmp_path / "clock"))
     end_point = load_rig(rig).rig.end_point
-    assert end_point and end_point.source == "deflection"
+    assert end_point
+    assert end_point.source == "deflection"
     request = {"maneuver": {"name": maneuver}, "shaper": shaper, "approach": True}
     with RunningDaemon(tmp_path / "clock", str(rig)) as daemon, daemon.wait_until_ready() as client:
         arm(client)
