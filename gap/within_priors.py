@@ -33,11 +33,10 @@ def search_within_priors(state: Search, tell: Tell) -> Search:
     tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
     enough = AS_GOOD * max(state.cost, NO_GAP)
     found = search(held, tell)
-    freed = _unbounded(found.current, state.nominal.model)
-    if found.steps:
-        refit(found, freed, tell)
-    else:
-        found.current = freed
+    held_back = _held_back(found.current.model, state.nominal.model)
+    found.current = _unbounded(found.current, state.nominal.model)
+    if found.steps and held_back:
+        refit(found, found.current, tell)
     if alarmed(found.current) or found.cost > enough:
         return search(state, tell)
     stands_in = bool(found.steps) and state.cost <= AS_GOOD * max(found.cost, NO_GAP)
@@ -63,6 +62,12 @@ def _near(free: Free) -> Free:
         return free
     way = WITHIN * free.scale
     return replace(free, low=max(free.low, free.start - way), high=min(free.high, free.start + way))
+
+
+def _held_back(done: Model, own: Model) -> bool:
+    """Whether a constant stands where only the holding stopped it; else the fit is that of the free constants too."""
+    bounds = zip(done.theta, done.free, own.free, strict=False)  # the parameters of effects stand behind the constants
+    return any(value == held.low > free.low or value == held.high < free.high for value, held, free in bounds)
 
 
 def _unbounded(done: Fit, own: Model) -> Fit:
