@@ -53,3 +53,6 @@ class CorrectedPath:
             rate += self._coefficients[i] * slope / self._knot_s
             acceleration += self._coefficients[i] * bend / self._knot_s**2
         return s, rate, acceleration
+
+
+Path = Trapezoid | SmoothRamps | CorrectedPath

@@ -3,6 +3,8 @@ oscillator as it really is, while its frequency follows the extension.
 
     φ(t) = ∫ ω_d(L) dt,    y(t) = Σ A_i u(s_i),  φ(t) − φ(s_i) = i π,    ẏ(t) = Σ A_i u̇(s_i) ω_d(t)/ω_d(s_i)
 
+With two amplitudes instead of three only after half a cycle: later by half as much, and less forgiving.
+
 The frequency is scheduled on the target extension, or, when the extension itself is shaped, on the extension it gave out in
 the cycle before: the unshaped one would be half a cycle early.
 """
@@ -13,25 +15,33 @@ from collections.abc import Sequence
 from math import pi
 
 from control.history import History
-from control.impulses import zvd
 from control.limits import clamp
 from control.link_mode import LinkFrequency
 from control.shaper import Snapshot
 
 
 class PhaseShaper:
-    """`extension` is the index of the joint that sets the frequency, `travel` its range: the longest delay lies at its end."""
+    """`amplitudes` (sum 1): given out at once, after half a cycle and so on. `extension` is the index of the joint that sets the frequency,
+    `travel` its range: the longest delay lies at its end."""
 
     __slots__ = (
         "_amplitudes", "_cursors", "_extension", "_extension_reference", "_history", "_joints",
         "_link", "_omega", "_period_s", "_phase", "_start", "_travel", "flush_s",
     )  # fmt: skip
 
-    def __init__(self, link: LinkFrequency, joints: Sequence[int], extension: int, travel: tuple[float, float], period_s: float) -> None:
+    def __init__(
+        self,
+        link: LinkFrequency,
+        amplitudes: Sequence[float],
+        joints: Sequence[int],
+        extension: int,
+        travel: tuple[float, float],
+        period_s: float,
+    ) -> None:
         self._link, self._joints, self._extension, self._travel = link, tuple(joints), extension, travel
         self._period_s = period_s
-        self._amplitudes = zvd(1.0, link.damping_ratio)[0]
-        self.flush_s = 2.0 * pi / link.omega_d(travel[1]) + 3.0 * period_s
+        self._amplitudes = tuple(amplitudes)
+        self.flush_s = (len(self._amplitudes) - 1) * pi / link.omega_d(travel[1]) + 3.0 * period_s
         self._history = History(2 + 2 * len(self._joints), int(self.flush_s / period_s) + 2)
         self._start: list[float] = []
         self._cursors = [0] * (len(self._amplitudes) - 1)

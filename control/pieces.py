@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Literal, Protocol
 
-from control.corrected_path import CorrectedPath
+from control.corrected_path import Path
 from control.kinematics import inverse, inverse_motion
 from control.trajectory import Trapezoid
 from control.waves import Wave
@@ -57,7 +57,7 @@ class JointMove:
         moving = [j for j, d in enumerate(self._distance) if d != 0.0]
         speed = min((speeds[j] / abs(self._distance[j]) for j in moving), default=1.0)
         acceleration = min((accelerations[j] / abs(self._distance[j]) for j in moving), default=1.0)
-        self.path: Trapezoid | CorrectedPath = Trapezoid(1.0 if moving else 0.0, speed, acceleration)
+        self.path: Path = Trapezoid(1.0 if moving else 0.0, speed, acceleration)
         self._zero = (0.0,) * len(start)
         self.duration_s = self.path.duration_s
 
@@ -85,7 +85,7 @@ class LineMove:
     def __init__(self, name: str, x_start: float, path: Trapezoid, y0: float, hub_offset_m: float) -> None:
         self.name = name
         self.kind: Kind = "move"
-        self.path: Trapezoid | CorrectedPath = path
+        self.path: Path = path
         self._x_start, self._y0, self._hub_offset_m = x_start, y0, hub_offset_m
         self.duration_s = path.duration_s
 

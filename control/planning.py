@@ -21,8 +21,9 @@ from control.program import Program
 from control.repeats import repeated
 from control.run_plan import Peaks, RunPlan
 from control.run_request import RunRequest
-from control.shaper_choice import ShaperChoice
+from control.shaper_choice import FASTER_MOVES, ShaperChoice
 from control.shaper_setup import Extensions, extension_index, set_up_shaper
+from control.smooth_moves import smooth_moves
 from control.zero_delay_moves import correct_moves
 
 APPROACH_HOLD_S = 2.0
@@ -48,9 +49,8 @@ def plan_run(rig: Rig, request: RunRequest) -> RunPlan:
 
 
 def _slower(rig: Rig, request: RunRequest) -> str:
-    """What a line that `zero_delay` cannot correct within the limits would need; the correction does not shrink as the pace does, so it
-    is tried."""
-    if request.shaper.get("kind") != "zero_delay" or request.maneuver.get("kind") != "straight_line":
+    """What a line that a filter makes too fast for the joints would need; a correction does not shrink as the pace does, so it is tried."""
+    if request.shaper.get("kind") not in FASTER_MOVES or request.maneuver.get("kind") != "straight_line":
         return ""
     for share in SLOWER_SHARES:
         slower = {key: share * request.maneuver[key] for key in ("speed", "acceleration")}
@@ -59,7 +59,7 @@ def _slower(rig: Rig, request: RunRequest) -> str:
         except ManeuverError:
             continue
         speed, acceleration = slower.values()
-        return f"It can be corrected at {share:g} of its pace: speed {speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2."
+        return f"It is possible at {share:g} of its pace: speed {speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2."
     return ""
 
 
@@ -75,6 +75,8 @@ def _plan(rig: Rig, request: RunRequest) -> RunPlan:
     choice = ShaperChoice.from_content(request.shaper)
     if choice.kind == "zero_delay":
         correct_moves(pieces, rig, choice, request.planning)
+    elif choice.kind == "adaptive_zv":
+        smooth_moves(pieces)
     allowed = _allowed(joints, kind, start)
     check_program(pieces, allowed, period_s, maneuver.name, _advice(rig, maneuver, joints))
     check_volts(pieces, rig, joints, period_s, maneuver.name)

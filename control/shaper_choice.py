@@ -15,9 +15,10 @@ from config.errors import ManeuverError
 
 KINDS = (
     "none", "zv", "zvd", "ei", "two_hump_ei", "three_term", "notch", "robust_notch",
-    "adaptive", "adaptive_coefficients", "adaptive_delay", "zero_delay",
+    "adaptive", "adaptive_zv", "adaptive_coefficients", "adaptive_delay", "zero_delay",
 )  # fmt: skip
-ADAPTIVE = ("adaptive", "adaptive_coefficients", "adaptive_delay")
+ADAPTIVE = ("adaptive", "adaptive_zv", "adaptive_coefficients", "adaptive_delay")
+FASTER_MOVES = ("adaptive_zv", "zero_delay")  # make room for smooth ramps, or a correction, by a higher speed
 FOCAL = ("initial", "final", "mid")
 WHERE = "shaper"
 

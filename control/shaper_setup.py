@@ -83,8 +83,9 @@ class ShaperSetup:
 
     def _build_adaptive(self) -> Shaper:
         assert self.link is not None
-        if self.kind == "adaptive":
-            return PhaseShaper(self.link, self.joints, self.extension, self.travel, self.period_s)
+        if self.kind in ("adaptive", "adaptive_zv"):
+            amplitudes = (impulses.zvd if self.kind == "adaptive" else impulses.zv)(1.0, self.damping_ratio)[0]
+            return PhaseShaper(self.link, amplitudes, self.joints, self.extension, self.travel, self.period_s)
         delay = None if self.kind == "adaptive_delay" else self.delay_s
         return ScheduledShaper(self.link, self.joints, self.extension, self.travel, self.period_s, delay)
 

@@ -19,13 +19,12 @@ from math import ceil, cos, sin
 from typing import NamedTuple
 
 from config.rig import LinkMode
-from control.corrected_path import SPAN, CorrectedPath, bump
+from control.corrected_path import SPAN, CorrectedPath, Path, bump
 from control.link_mode import LinkFrequency
 from control.link_motion import carried_arm, one_period
 from control.normal_equations import least_norm
 from control.trajectory import SmoothRamps, Trapezoid, smoothed
 
-Path = Trapezoid | SmoothRamps | CorrectedPath
 Joints = Callable[[float], tuple[float, float]]  # path position -> (rotary rad, extension m)
 KNOTS_A_PERIOD = 4.0
 FEWEST_SPLINES = 8

@@ -19,6 +19,7 @@ SHAPERS = (
     "notch",
     "robust_notch",
     "adaptive",
+    "adaptive_zv",
     "adaptive_coefficients",
     "adaptive_delay",
     "zero_delay",

@@ -24,7 +24,8 @@ SHAPERS: list[dict[str, Any]] = [
     {"kind": kind, **more}
     for kind, more in (
         ("none", {}), ("zv", {}), ("zvd", {}), ("ei", {}), ("two_hump_ei", {}), ("three_term", {"delay_s": 0.08}),
-        ("notch", {}), ("robust_notch", {}), ("adaptive", {}), ("adaptive_coefficients", {}), ("adaptive_delay", {}),
+        ("notch", {}), ("robust_notch", {}), ("adaptive", {}), ("adaptive_zv", {}),
+        ("adaptive_coefficients", {}), ("adaptive_delay", {}),
     )
 ]  # fmt: skip
 NAMES = [shaper["kind"] for shaper in SHAPERS]
@@ -113,7 +114,11 @@ def test_both_joints_keep_the_line_straight(rig: Rig, paper_y30: dict[str, Any])
     assert bow({"kind": "adaptive", **BOTH}) < 0.0006
 
 
-@pytest.mark.parametrize("shaper", [{"kind": "adaptive", **BOTH}, {"kind": "zero_delay"}], ids=["adaptive", "zero_delay"])
+@pytest.mark.parametrize(
+    "shaper",
+    [{"kind": "adaptive", **BOTH}, {"kind": "adaptive_zv", **BOTH}, {"kind": "zero_delay"}],
+    ids=["adaptive", "adaptive_zv", "zero_delay"],
+)
 @pytest.mark.parametrize(("line", "y0"), [("paper_line", 40 * INCH), ("paper_line_y30", 30 * INCH)])
 def test_the_commanded_path_stays_within_2_mm_of_the_line(rig: Rig, line: str, y0: float, shaper: dict[str, Any]) -> None:
     """Every reference of both joints, as a point."""
