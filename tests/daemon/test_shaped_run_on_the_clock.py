@@ -19,6 +19,7 @@ pytestmark = pytest.mark.slow
 OPTIONS = ("--approach", "--countdown", "0", "--wait", "--json")
 BOTH = ["rotary", "prismatic"]
 ADAPTIVE = {"kind": "adaptive", "joints": BOTH}, ("--shaper", "adaptive", "--both-joints")
+ADAPTIVE_ZV = {"kind": "adaptive_zv", "joints": BOTH}, ("--shaper", "adaptive_zv", "--both-joints")
 ZERO_DELAY = {"kind": "zero_delay"}, ("--shaper", "zero_delay")
 
 
@@ -32,8 +33,8 @@ FINER = [
 
 @pytest.mark.parametrize(
     ("maneuver", "shaper", "words"),
-    [(maneuver, *shaper) for maneuver in ("paper_line", "paper_line_y30") for shaper in (ADAPTIVE, ZERO_DELAY)],
-    ids=["adaptive, 40 in", "zero_delay, 40 in", "adaptive, 30 in", "zero_delay, 30 in"],
+    [(maneuver, *shaper) for maneuver in ("paper_line", "paper_line_y30") for shaper in (ADAPTIVE, ADAPTIVE_ZV, ZERO_DELAY)],
+    ids=[f"{shaper}, {inches} in" for inches in (40, 30) for shaper in ("adaptive", "adaptive_zv", "zero_delay")],
 )
 def test_the_holds_are_those_of_lockstep_within_2_dB(
     maneuver: str, shaper: dict[str, Any], words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
