@@ -33,13 +33,12 @@ def concluded(
     names: list[str],
     state: Search,
     nominal: tuple[Evaluation, ...],
-    refitted: tuple[Evaluation, ...],
     problems: list[DataProblem],
     logs: Sequence[Measured],
     settings: Settings,
     tell: Tell,
 ) -> Found:
-    before, refit = mean_cost(nominal), mean_cost(refitted)
+    before, refit = mean_cost(nominal), mean_cost(state.constants_only)
     draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
     tell("confidence intervals")
     half_width = confidence(state.current, state.costs)
@@ -65,7 +64,7 @@ def concluded(
     }
     found = [finding(state, step, lean, widths, word) for step in state.steps]
     content = document(word, places, found, parts, logs)
-    return Found(loaded, names, state, nominal, refitted, final, half_width, word, places, problems, text, content)
+    return Found(loaded, names, state, nominal, final, half_width, word, places, problems, text, content)
 
 
 def _smallest(state: Search, tell: Tell) -> None:

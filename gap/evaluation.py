@@ -14,6 +14,7 @@ from gap.noise import correlation_time
 from gap.simulate import residual, simulate
 from gap.windows import Experiment
 
+NO_GAP = 1.05  # noise floors up to which there is nothing to explain
 HUBER = 6.0  # residuals beyond this many standard deviations (of noise, or of the first model's residual) count linearly
 
 

@@ -82,13 +82,12 @@ def search_gap(
     free = nuisances(loaded, frozenset(names))
     model = Model(loaded.rig, free, np.array([item.start for item in free]))
     tell(f"{len(names)} channels, {sum(e.windows for e in experiments)} + {sum(e.windows for e in held)} windows, {len(free)} constants")
-    state, nominal, refitted = started(model, experiments, held, frozenset(names), tell)
+    state, nominal = started(model, experiments, held, frozenset(names), tell)
     faults = _beside_model(nominal, names, tell)
     if not any(fault.fatal for fault in faults):
         state = last_look(search_within_priors(state, tell), tell)
     problems += faults
-    best = refitted if state.steps else state.seen  # a search that named nothing may have put its own constants in their place
-    return concluded(loaded, names, state, nominal, best, problems, [*fit_logs, *holdout_logs], settings, tell)
+    return concluded(loaded, names, state, nominal, problems, [*fit_logs, *holdout_logs], settings, tell)
 
 
 def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:

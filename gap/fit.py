@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.evaluation import Costing, Evaluation, evaluate, judged, limits, mean_cost, recounted, rho
+from gap.evaluation import NO_GAP, Costing, Evaluation, evaluate, judged, limits, mean_cost, recounted, rho
 from gap.initial_states import Projection
 from gap.measured import Array
 from gap.model import Model
 from gap.sensitivity import projected, sensitivities
-from gap.simulate import simulate
+from gap.simulate import remembering, simulate
 from gap.windows import Experiment
 
 _DAMPINGS = (0.0, 0.1, 3.0)
@@ -27,6 +27,9 @@ HALF = 0.5  # of the promised gain; a step that gives less was made with stale s
 SETTLINGS = 3
 SAME_TAU = 0.7  # ratio of correlation times above which they are one
 CONVERGED = 1e-3  # a base that has not converged would sell its rest to the next candidate
+POLISHINGS, POLISH_STEPS = 4, 3
+LITTLE = 0.05  # of the rig file's excess over the floor
+ENDED = 0.1  # relative gain in excess over the floor below which polishing ends
 ENOUGH = 5e-3  # relative gain of a step below which a fit ends
 
 
@@ -93,6 +96,23 @@ def settled(done: Fit, experiments: Sequence[Experiment], costs: Costing, steps:
         costs = renewed
         known = [e.projection for e in done.evaluations]
         done = fit(done.model, experiments, costs, numbers, done.jacobian, steps, known, CONVERGED)
+    return done, costs
+
+
+def polished(done: Fit, nominal: Sequence[Evaluation], costs: Costing) -> tuple[Fit, Costing]:
+    """The fit taken on with sensitivities and start states of its own, where it has left little of a large gap: far from where they were
+    taken, old ones end it beside the best place, and what is left there looks like a missing effect."""
+    for _ in range(POLISHINGS):
+        if done.cost <= NO_GAP or done.cost - 1.0 > LITTLE * (mean_cost(nominal) - 1.0):
+            break
+        vector = done.model.vector()
+        experiments = [remembering(e.experiment, vector) for e in done.evaluations]
+        further = fit(done.model, experiments, costs, range(len(done.model.free)), None, POLISH_STEPS, enough=CONVERGED)
+        gained = done.cost - further.cost
+        if gained > 0.0:
+            done, costs = further, recounted(costs, further.evaluations)
+        if gained < ENDED * (done.cost - 1.0):
+            break
     return done, costs
 
 

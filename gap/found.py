@@ -22,7 +22,6 @@ class Found:
     channels: list[str]
     state: Search
     nominal: tuple[Evaluation, ...]
-    refitted: tuple[Evaluation, ...]
     final: tuple[Evaluation, ...]
     half_width: Array
     verdict: Verdict

@@ -43,7 +43,7 @@ def experiments_of(
 
 def started(
     model: Model, experiments: list[Experiment], held: list[Experiment], channels: frozenset[str], tell: Tell
-) -> tuple[Search, tuple[Evaluation, ...], tuple[Evaluation, ...]]:
+) -> tuple[Search, tuple[Evaluation, ...]]:
     """The rig file as it is, then with its constants refitted."""
     tell("comparing the rig file with the logs")
     vector, numbers = model.vector(), chosen([velocities(e) for e in experiments])
@@ -61,4 +61,4 @@ def started(
     done, costs = settled(replace(done, evaluations=again), few, costs, REFIT_STEPS)
     refitted = tuple(evaluate(e, done.model, costs) for e in held)
     tell(f"hold-out with refitted constants: {mean_cost(refitted):.4g} noise floors")
-    return Search(few, held, costs, channels, start, done, refitted, experiments[0].workers), nominal, refitted
+    return Search(few, held, costs, channels, start, done, refitted, refitted, experiments[0].workers), nominal

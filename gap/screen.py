@@ -1,7 +1,8 @@
 """Which effects could explain the gap at all: sensitivity signatures, freed of what constants and initial states can do, before any fit.
 
-Score of an effect: share of the remaining residual in the span of its signatures. Two effects whose signatures point the same way
-(|cos| > 0.95) cannot be told apart on these logs. The length of a signature gives the smallest size that would have been named.
+Score of an effect: the share of residual and strain of the constants that the best multiple of one of its signatures takes away, all
+constants answering. Two effects whose signatures point the same way (|cos| > 0.95) cannot be told apart on these logs. The length of a
+signature gives the smallest size that would have been named.
 """
 
 from __future__ import annotations
@@ -30,19 +31,24 @@ MOST_KEPT = 12
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One size of a candidate, simulated: its model and its signature, flat, nuisances taken out."""
+    """One size of a candidate, simulated: its model and its signature, flat, nuisances taken out. To second order m times this size
+    lowers the fit's objective by 2 m `slope` − m² `curvature`, with the constants where they are best then."""
 
     model: Model
     row: Array
+    slope: float
+    curvature: float
+    most: float  # largest and smallest multiple of this size within the parameters' ranges
+    least: float
 
-    def explained(self, residual: Array) -> float:
-        """Energy that the best multiple of this signature takes away."""
-        length = float(self.row @ self.row)
-        return float(self.row @ residual) ** 2 / length if length > 0 else 0.0
+    @property
+    def multiple(self) -> float:
+        """The best multiple of this size."""
+        return float(np.clip(self.slope / self.curvature, self.least, self.most)) if self.curvature > 0.0 else 0.0
 
-    def left(self, residual: Array) -> float:
-        """Energy that is left with the candidate at exactly this size."""
-        return float(np.sum((residual - self.row) ** 2))
+    def lowers(self, multiple: float) -> float:
+        """What a multiple of this size takes from the objective."""
+        return 2.0 * multiple * self.slope - multiple**2 * self.curvature
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,18 +111,17 @@ def screen(
     tell(f"screening {len(found)} candidate effects")
     current, share = thinned(current)
     remover, seen_at = Remover(current, costs), share * seen_at
-    residual = remover.remove(remover.flat([e.left for e in current.evaluations])[None, :])[0]
     groups = [points(candidate, current.model) for candidate in found]
     if sizes_only:
         groups = [[group[len(c.starts) if _alone(c) else 0]] for c, group in zip(found, groups, strict=True)]
-    freed = remover.remove(rows(current, remover, [model for group in groups for model in group]))
+    plain = rows(current, remover, [model for group in groups for model in group])
+    freed = remover.remove(plain)
+    slopes, curvatures = remover.slopes(plain, freed), np.sum(plain * freed, axis=1)
     ends = np.cumsum([len(group) for group in groups])[:-1]
-    scored = [
-        _scored(candidate, [Point(model, row) for model, row in zip(group, part, strict=True)], residual, seen_at)
-        for candidate, group, part in zip(found, groups, np.split(freed, ends), strict=True)
-    ]
+    parts = zip(found, groups, *(np.split(values, ends) for values in (freed, slopes, curvatures)), strict=True)
+    scored = [_scored(c, [_point(c, *one) for one in zip(*tried, strict=True)], remover.energy, seen_at) for c, *tried in parts]
     scored.sort(key=lambda s: -s.share)
-    directions = np.stack([s.leading for s in scored]) if scored else np.empty((0, residual.size))
+    directions = np.stack([s.leading for s in scored]) if scored else np.empty((0, freed.shape[1]))
     return Screening(tuple(scored), directions @ directions.T)
 
 
@@ -156,37 +161,42 @@ def rows(current: Fit, remover: Remover, models: Sequence[Model]) -> Array:
     return np.stack([remover.flat([part[k] for part in parts]) for k in range(len(models))])
 
 
-def _scored(candidate: Candidate, tried: Sequence[Point], residual: Array, seen_at: float) -> Signature:
-    energy = float(residual @ residual) or 1.0
+def _point(candidate: Candidate, model: Model, row: Array, slope: float, curvature: float) -> Point:
+    """With the multiples that stay within the ranges: a delay or a dead band of less than nothing explains nothing."""
+    values = model.theta[model.of_effect(model.added[-1])]
+    ends = []
+    for free, value in zip(candidate.free, values, strict=True):
+        if free.key in REGISTRY[candidate.effect].neutral and value != free.start:
+            ends.append(sorted(((free.low - free.start) / (value - free.start), (free.high - free.start) / (value - free.start))))
+    least, most = (max(low for low, _ in ends), min(high for _, high in ends)) if ends else (0.0, 1.0)
+    return Point(model, row, float(slope), float(curvature), most, least)
+
+
+def _scored(candidate: Candidate, tried: Sequence[Point], energy: float, seen_at: float) -> Signature:
     unit = candidate.free[0].unit if candidate.free else ""
-    good = np.array([point.row for point in tried if np.linalg.norm(point.row) > 1e-9])
-    starts = _starts(candidate, tried, residual)
-    if not len(good):
-        return Signature(candidate, 0.0, np.inf, unit, np.zeros_like(residual), starts, None)
-    basis, _ = np.linalg.qr(good.T)
-    along = basis @ (basis.T @ residual)
-    length = float(np.linalg.norm(along))
-    leading = along / length if length > 0 else good[0] / np.linalg.norm(good[0])
+    good = [point for point in tried if np.linalg.norm(point.row) > 1e-9]
+    starts = _starts(candidate, tried)
+    if not good:
+        return Signature(candidate, 0.0, np.inf, unit, np.zeros_like(tried[0].row), starts, None)
+    best = max(good, key=lambda point: point.lowers(point.multiple))
+    leading = best.row / np.linalg.norm(best.row)
     probe = _probe(candidate, tried, seen_at)
     visible = probe[1] * float(np.sqrt(seen_at / probe[2])) if probe else np.inf
-    return Signature(candidate, length**2 / energy, visible, unit, leading, starts, probe)
+    return Signature(candidate, best.lowers(best.multiple) / energy, visible, unit, leading, starts, probe)
 
 
-def _starts(candidate: Candidate, tried: Sequence[Point], residual: Array) -> tuple[Model, ...]:
+def _starts(candidate: Candidate, tried: Sequence[Point]) -> tuple[Model, ...]:
     """The sizes tried and the one at which the best signature, as a straight line, would explain most; by what they leave."""
-    ranked = sorted(tried, key=lambda point: point.left(residual))
+    ranked = sorted(tried, key=lambda point: -point.lowers(1.0))
     models = [point.model for point in ranked]
-    best = max(tried, key=lambda point: point.explained(residual))
-    length = float(best.row @ best.row)
+    best = max(tried, key=lambda point: point.lowers(point.multiple))
     neutral = [free.key in REGISTRY[candidate.effect].neutral for free in candidate.free]
-    if length == 0.0 or not any(neutral) or candidate.effect == "link_flexibility":  # whose neutral value is the stiffest link
+    if best.curvature <= 0.0 or not any(neutral) or candidate.effect == "link_flexibility":  # whose neutral value is the stiffest link
         return tuple(models)
-    share = float(best.row @ residual) / length
     there = best.model.theta[best.model.of_effect(best.model.added[-1])]
-    values = [f.start + share * (v - f.start) if n else v for f, v, n in zip(candidate.free, there, neutral, strict=True)]
+    values = [f.start + best.multiple * (v - f.start) if n else v for f, v, n in zip(candidate.free, there, neutral, strict=True)]
     line = placed(best.model, values)
-    promised = float(residual @ residual) - best.explained(residual)
-    return (line, *models) if promised < ranked[0].left(residual) else (models[0], line, *models[1:])
+    return (line, *models) if best.lowers(best.multiple) > ranked[0].lowers(1.0) else (models[0], line, *models[1:])
 
 
 def _probe(candidate: Candidate, tried: Sequence[Point], seen_at: float) -> tuple[Model, float, float] | None:
@@ -208,6 +218,9 @@ class Remover:
     def __init__(self, current: Fit, costs: Costing) -> None:
         self._roots = [np.sqrt(weights(e, costs)) for e in current.evaluations]
         temper = max(1.0, current.cost) * costs.tau
+        self._residual = self.flat([e.left for e in current.evaluations])
+        self._strain = temper * current.model.pulls
+        self.energy = float(self._residual @ self._residual + self._strain @ current.model.pulls) or 1.0
         self._columns = np.stack([self.flat([part[k] for part in current.columns]) for k in range(len(current.model.free))])
         prior = np.diag([1.0 if free.prior else 1e-9 for free in current.model.free]) * temper
         self._inverse = np.linalg.pinv(self._columns @ self._columns.T + prior)
@@ -217,7 +230,15 @@ class Remover:
         return np.concatenate([(part * root).ravel() for part, root in zip(parts, self._roots, strict=True)])
 
     def remove(self, rows: Array) -> Array:
-        return np.asarray(rows - (rows @ self._columns.T) @ self._inverse @ self._columns)
+        return np.asarray(rows - self._answers(rows) @ self._columns)
+
+    def slopes(self, rows: Array, freed: Array) -> Array:
+        """How much of each row the residual holds, and how far the constants' answer to it leads them back to their priors."""
+        return np.asarray(freed @ self._residual + self._answers(rows) @ self._strain)
+
+    def _answers(self, rows: Array) -> Array:
+        """What the constants would do to make up for each row, in prior standard deviations."""
+        return np.asarray((rows @ self._columns.T) @ self._inverse)
 
 
 def weights(evaluation: Evaluation, costs: Costing) -> Array:

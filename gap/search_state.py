@@ -41,6 +41,7 @@ class Search:
     nominal: Fit  # the rig file's own constants
     current: Fit
     seen: tuple[Evaluation, ...]  # hold-out with the current model
+    constants_only: tuple[Evaluation, ...]  # hold-out with the best constants, and no effect added
     workers: int = 1
     steps: list[Step] = field(default_factory=list)
     screening: Screening | None = None

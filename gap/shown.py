@@ -10,7 +10,7 @@ from gap.plots import Stage
 def stages(found: Found) -> list[Stage]:
     """Hold-out evaluations from the rig file to the file as it was written."""
     steps = [(f"+ {s.trial.candidate.effect}", s.trial.holdout) for s in found.state.steps]
-    return [("rig file", found.nominal), ("constants refitted", found.refitted), *steps, ("file as written", found.final)]
+    return [("rig file", found.nominal), ("constants refitted", found.state.constants_only), *steps, ("file as written", found.final)]
 
 
 def telling_channel(found: Found) -> int:

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.evaluation import Costing, Evaluation
+from gap.evaluation import NO_GAP, Costing, Evaluation
 from gap.fit import Fit, covariance
 from gap.look_alikes import look_alikes
 from gap.measured import Array
 from gap.search_state import Search
 from gap.trial import FLOOR
 
-NO_GAP = 1.05  # noise floors up to which there is nothing to explain
 EXPLAINED = 1.10  # noise floors up to which constants alone are believed to explain a gap; up to CLOSED where they explain 98 % of it
 CLOSED = 1.5  # names are confirmed only when the hold-out ends below this
 CLEAR = 0.5  # share of what the constants had left that may remain for that: more is within what a model error of another kind can feign

@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from gap.acceptance import REFIT_STEPS, refit
-from gap.evaluation import evaluate, recounted
-from gap.fit import CONVERGED, Fit, fit, settled
+from gap.evaluation import NO_GAP, evaluate, recounted
+from gap.fit import CONVERGED, Fit, fit, polished, settled
 from gap.model import Free, Model
 from gap.search_state import Search
 from gap.select import search
-from gap.verdict import NO_GAP, alarmed
+from gap.verdict import alarmed
 
 WITHIN = 2.0  # prior standard deviations: 95 % of honest priors
 AS_GOOD = 1.05  # hold-out with the effect over that with the strained constants
@@ -25,22 +25,39 @@ Tell = Callable[[str], None]
 
 def search_within_priors(state: Search, tell: Tell) -> Search:
     """The search from the refitted constants; where these left their priors, from constants held near them if that explains as much."""
+    if not alarmed(state.current):
+        state = _taken_on(state, tell)
     strained = alarmed(state.current)
     if not strained:
         return search(state, tell)
     tell(f"beyond their priors: {', '.join(strained)}; searching with every constant within {WITHIN:g} standard deviations")
     held = _held(state)
     tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
-    enough = AS_GOOD * max(state.cost, NO_GAP)
-    found = search(held, tell)
+    found = search(_taken_on(held, tell), tell)
     held_back = _held_back(found.current.model, state.nominal.model)
     found.current = _unbounded(found.current, state.nominal.model)
     if found.steps and held_back:
         refit(found, found.current, tell)
-    if alarmed(found.current) or found.cost > enough:
+    if found.cost > NO_GAP:
+        state = _taken_on(state, tell)
+    if alarmed(found.current) or found.cost > AS_GOOD * max(state.cost, NO_GAP):
         return search(state, tell)
     stands_in = bool(found.steps) and state.cost <= AS_GOOD * max(found.cost, NO_GAP)
-    return replace(found, nominal=state.nominal, strained=tuple(strained) if stands_in else ())
+    only = state.constants_only if found.steps else found.seen
+    return replace(found, nominal=state.nominal, strained=tuple(strained) if stands_in else (), constants_only=only)
+
+
+def _taken_on(state: Search, tell: Tell) -> Search:
+    """The constants' fit taken on where it may not have come to its end."""
+    done, costs = polished(state.current, state.nominal.evaluations, state.costs)
+    if done is state.current:
+        return state
+    seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
+    further = replace(
+        state, experiments=[e.experiment for e in done.evaluations], costs=costs, current=done, seen=seen, constants_only=seen
+    )
+    tell(f"constants fitted further: hold-out {state.cost:.4g} → {further.cost:.4g} noise floors")
+    return further
 
 
 def _held(state: Search) -> Search:
@@ -54,7 +71,7 @@ def _held(state: Search) -> Search:
     done = fit(model, experiments, costs, numbers, own.jacobian, REFIT_STEPS, known, CONVERGED)
     done, costs = settled(done, experiments, costs, REFIT_STEPS)
     seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
-    return Search(experiments, state.holdouts, costs, state.channels, replace(own, model=model), done, seen, state.workers)
+    return Search(experiments, state.holdouts, costs, state.channels, replace(own, model=model), done, seen, seen, state.workers)
 
 
 def _near(free: Free) -> Free:
