@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gap.evaluation import NO_GAP, Costing, Evaluation
+from gap.evaluation import NO_GAP, Costing, Evaluation, mean_cost
 from gap.fit import Fit, covariance
 from gap.look_alikes import look_alikes
 from gap.measured import Array
@@ -36,13 +37,20 @@ def verdict(state: Search, before: float, refit: float, after: float) -> Verdict
     if state.steps:
         return _named(state, before, refit, after)
     alarms = alarmed(state.current)
+    left = still_open(state.nominal.evaluations)
+    if before <= NO_GAP and left:
+        why = (
+            f"The rig file predicts the hold-out within {before:.2f} noise floors, but {left}: hold out a log that moves as that one does."
+        )
+        return Verdict("unknown", why, False)
     if before <= NO_GAP:
         return Verdict("no_gap", f"The rig file predicts the hold-out within {before:.2f} noise floors.", True)
     if refit <= EXPLAINED or (refit <= CLOSED and refit - FLOOR <= 0.02 * (before - FLOOR)):
         far = f" Beyond {ALARM:g} prior standard deviations: {', '.join(alarms)}." if alarms else ""
         moved = f"Other values of the rig's constants alone bring the hold-out from {before:.3g} to {refit:.3g} noise floors"
-        why = f"{moved}; no effect is missing.{far}"
-        return Verdict("parameter_mismatch", why, not alarms)
+        left = still_open(state.current.evaluations)
+        rest = f", but {left}: the hold-out shows less of the gap." if left else "; no effect is missing."
+        return Verdict("parameter_mismatch", f"{moved}{rest}{far}", not alarms and not left)
     why = f"The hold-out stays at {refit:.3g} noise floors with the best constants, and no known effect passes the gates."
     return Verdict("unknown", why, False)
 
@@ -62,11 +70,21 @@ def _named(state: Search, before: float, refit: float, after: float) -> Verdict:
         open_ = f" Constants alone would do as much with {far}, so the names are tentative: check these constants."
     elif after <= CLOSED and not clear:
         open_ = f" The best constants alone end at {refit:.3g}, so the names are tentative."
+    left = still_open(state.current.evaluations)
+    if closed and left:
+        closed, open_ = False, f" But {left}, which the hold-out does not show, so the names are tentative."
     unclear = [(s.trial, *alike) for s in state.steps if (alike := look_alikes(state, s))]
     if unclear:
         sets = "; ".join("{" + ", ".join(f"{t.candidate.effect} at {t.candidate.where}" for t in trials) + "}" for trials in unclear)
         return Verdict("ambiguous", f"These logs cannot tell apart {sets}; with the simplest, {gap}.{open_}", False)
     return Verdict("named", f"With {names}, {gap}.{open_}", closed)
+
+
+def still_open(now: Sequence[Evaluation]) -> str:
+    """The fitted log that a model predicts worst, in words, when that is no prediction; a hold-out that moves less may hide it."""
+    worst = max(now, key=lambda e: mean_cost([e]))
+    cost = mean_cost([worst])
+    return f"{worst.experiment.log.path.name} only within {cost:.3g}" if cost > CLOSED else ""
 
 
 def alarmed(done: Fit) -> list[str]:
