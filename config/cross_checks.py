@@ -26,7 +26,7 @@ def cross_check(tree: YamlTree) -> list[Problem]:
         _devices,
         _interlock_signals,
         _end_point,
-        _gain_schedule,
+        _extension,
         _oil,
         _identified,
     )
@@ -157,13 +157,14 @@ def _end_point(tree: YamlTree) -> Iterator[Problem]:
         yield tree.problem(gain, what, next_step="Add servo.rotary.oil_compensation, or remove friction_gain.")
 
 
-def _gain_schedule(tree: YamlTree) -> Iterator[Problem]:
-    """A gain that follows the extension needs a joint that extends the link."""
+def _extension(tree: YamlTree) -> Iterator[Problem]:
+    """A gain or a notch that follows the extension needs a joint that extends the link."""
     for joint in _mapping(tree, "servo") if "prismatic" not in _mapping(tree, "joints") else ():
-        path = ("servo", joint, "gain_schedule")
-        if tree.value(path):
-            what = f"{dotted(path)} needs a joint named 'prismatic', whose position is the extension"
-            yield tree.problem(path, what, of_key=True, next_step="Remove it.")
+        for key in ("gain_schedule", "link_notch"):
+            path = ("servo", joint, key)
+            if tree.value(path):
+                what = f"{dotted(path)} needs a joint named 'prismatic', whose position is the extension"
+                yield tree.problem(path, what, of_key=True, next_step="Remove it.")
 
 
 def _oil(tree: YamlTree) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag, field_validator
+from pydantic import Field, Tag, ValidationInfo, field_validator
 
 from config.oil_compensation import LinearOilCompensation, RotaryOilCompensation
 from config.section import Section, chosen_by, inferred, quantity
@@ -23,6 +23,21 @@ class GainPoint(Section):
 
     extension_m: float = quantity("m", "extension of this point", low=0, high=100)
     factor: float = Field(gt=0.0, le=20.0, description="times `gain`")
+
+
+class LinkNotchRange(Section):
+    """From which believed frequency of the link on its notch stands in the rotary error: there the encoder's noise would shake it."""
+
+    none_below_Hz: float = quantity("Hz", "no notch while the link's frequency is below this", 16.0, low=0.1, high=500)
+    full_above_Hz: float = quantity("Hz", "the whole notch above this frequency of the link, a ramp in between", 18.0, low=0.1, high=500)
+
+    @field_validator("full_above_Hz")
+    @classmethod
+    def _ramp_upwards(cls, end: float, info: ValidationInfo) -> float:
+        begin = info.data.get("none_below_Hz")
+        if begin is not None and end <= begin:
+            raise ValueError(f"must be above none_below ({begin:g} Hz)")
+        return end
 
 
 class JointServo(Section):
@@ -48,6 +63,7 @@ class RotaryServo(JointServo):
     gain_schedule: tuple[GainPoint, ...] = Field(
         default=(), max_length=50, description="by rising extension, straight lines between the points, constant beyond; none: one gain"
     )
+    link_notch: LinkNotchRange | None = None
 
     @field_validator("gain_schedule")
     @classmethod

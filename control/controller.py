@@ -16,6 +16,7 @@ from config.errors import ManeuverError
 from config.rig import Rig
 from control.end_point import EndPointFeedback
 from control.limits import ReferenceLimit, clamp
+from control.link_notch import link_notch
 from control.motion import Motion
 from control.planning import plan_run
 from control.run_plan import RunPlan
@@ -36,7 +37,8 @@ class Controller:
         joints = list(rig.joints.values())
         self._rates = [joint.rate_limit for joint in joints]
         self._accelerations = [joint.acceleration_limit for joint in joints]
-        self._servos = [JointServo(joint, rig.servo[name], self._period_s) for name, joint in rig.joints.items()]
+        notches = {"rotary": link_notch(rig)}
+        self._servos = [JointServo(joint, rig.servo[name], self._period_s, notches.get(name)) for name, joint in rig.joints.items()]
         self._limits = [ReferenceLimit(joint.travel, joint.rate_limit, self._period_s) for joint in joints]
         link, feedback = rig.link_mode, rig.end_point
         self._end_point: EndPointFeedback | None = None

@@ -1,4 +1,4 @@
-"""One joint's servo: lag-lead on the error, feed-forward of the reference rate, null bias, limits with anti-windup.
+"""One joint's servo: notch and lag-lead on the error, feed-forward of the reference rate, null bias, limits with anti-windup.
 
 u = C(z)·(reference − position + correction) + k_v · reference rate + k_a · reference acceleration + bias + excitation ± dither
     [+ compensation of the oil's temperature, with the friction that the feedback has to overcome]
@@ -13,6 +13,7 @@ from config.rig import AnyJoint
 from config.servo import AnyServo, RotaryServo
 from control.lag_lead import LagLead
 from control.limits import CommandLimit, clamp
+from control.link_notch import LinkNotch
 from control.oil_compensation import OilCompensation
 from control.table import between
 from control.velocity import VelocityEstimate
@@ -29,14 +30,15 @@ class JointServo:
     """
 
     __slots__ = (
-        "_acceleration_gain", "_bias", "_bias_step", "_command_limit", "_compensator", "_dither", "_feedforward", "_full_bias", "_oil",
-        "_rate_before", "_schedule", "_travel", "_velocity", "command_V", "position",
+        "_acceleration_gain", "_bias", "_bias_step", "_command_limit", "_compensator", "_dither", "_feedforward", "_full_bias", "_notch",
+        "_oil", "_rate_before", "_schedule", "_travel", "_velocity", "command_V", "position",
     )  # fmt: skip
 
-    def __init__(self, joint: AnyJoint, servo: AnyServo, period_s: float) -> None:
+    def __init__(self, joint: AnyJoint, servo: AnyServo, period_s: float, notch: LinkNotch | None = None) -> None:
         corners = [(section.zero_rad_per_s, section.pole_rad_per_s) for section in servo.sections]
         self._compensator = LagLead(servo.gain, corners, period_s)
         schedule = servo.gain_schedule if isinstance(servo, RotaryServo) else ()
+        self._notch = notch
         self._schedule = [point.extension_m for point in schedule], [servo.gain * point.factor for point in schedule]
         self._feedforward = servo.velocity_feedforward
         self._acceleration_gain = servo.acceleration_feedforward / period_s
@@ -72,7 +74,9 @@ class JointServo:
             self._oil.measure(temperature_C)
 
     def follow_extension(self, extension_m: float) -> None:
-        """Take the gain for this extension (m); it stays where the extension is not known. Nothing happens without a gain schedule."""
+        """Take gain and notch for this extension (m); they stay where it is not known. Nothing happens without gain schedule and notch."""
+        if self._notch is not None:
+            self._notch.follow(extension_m)
         extensions, gains = self._schedule
         if extensions and isfinite(extension_m):
             below, above, share = between(extensions, extension_m)
@@ -86,12 +90,16 @@ class JointServo:
     def engage(self) -> None:
         """Start at rest with the reference at the measured position: the command goes on from where it is."""
         self._compensator.preload(0.0, self.command_V)
+        if self._notch is not None:
+            self._notch.reset()
         self._rate_before = 0.0
         self._dither = abs(self._dither)
 
     def step(self, reference: float, reference_rate: float, excitation_V: float, correction: float = 0.0, push: float = 0.0) -> None:
         """One cycle; the result is in `command_V`. `correction` and `push` come from the end-point feedback."""
         error = reference - self.position
+        if self._notch is not None:
+            error = self._notch.step(error)
         if correction != 0.0:  # adding 0.0 would turn -0.0 into 0.0, and logs without feedback re-execute bit for bit
             error += correction
         full_bias = self._full_bias if self._oil is None else self._full_bias + self._oil.bias_V
@@ -118,6 +126,7 @@ class JointServo:
             "velocity": self._velocity.snapshot(),
             "bias": self._bias,
             "oil": self._oil.snapshot() if self._oil is not None else None,
+            "notch": self._notch.snapshot() if self._notch is not None else None,
             "position": position,
             "rate_before": self._rate_before,
             "dither_V": self._dither,
@@ -130,6 +139,8 @@ class JointServo:
         self._bias = state["bias"]
         if self._oil is not None and state.get("oil") is not None:  # none in a log of a rig without compensation
             self._oil.restore(state["oil"])
+        if self._notch is not None and state.get("notch") is not None:
+            self._notch.restore(state["notch"])
         self.position = nan if state["position"] is None else state["position"]
         self._rate_before = state.get("rate_before", 0.0)  # neither is in a log of an earlier version
         self._dither = state.get("dither_V", self._dither)

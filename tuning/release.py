@@ -11,6 +11,7 @@ from config.end_point import EndPoint
 from config.rig import Rig
 from config.servo import LagLeadSection
 from control.end_point import EndPointFeedback
+from control.link_notch import link_notch
 from control.servo import JointServo
 from sim_backend.plant import SimulatedRig
 from tuning.closed_loop import Servo
@@ -90,7 +91,8 @@ def servo_of(rig: Rig) -> Servo:
 def _rotary_servo(rig: Rig, servo: Servo, period_s: float) -> JointServo:
     settings = rig.servo[ROTARY]
     sections = tuple(LagLeadSection.model_validate({"zero": zero, "pole": pole}) for zero, pole in servo.sections)
-    return JointServo(rig.joints[ROTARY], settings.model_copy(update={"gain": servo.gain, "sections": sections}), period_s)
+    changed = settings.model_copy(update={"gain": servo.gain, "sections": sections})
+    return JointServo(rig.joints[ROTARY], changed, period_s, link_notch(rig))
 
 
 def _feedback(rig: Rig, servo: Servo, period_s: float) -> EndPointFeedback | None:

@@ -20,7 +20,8 @@ def plant_of(rig: Rig) -> Plant:
 def as_in_1997(rig: Rig) -> Rig:
     """The servo of the published figures: 0.35 V/deg and velocity feed-forward on the rotary joint, no end-point feedback, no dither."""
     still = with_servo(rig, "prismatic", oil_compensation=None)
-    plain = with_servo(still, "rotary", gain=degrees(0.35), sections=(), acceleration_feedforward=0.0, dither_V=0.0, oil_compensation=None)
+    no_more = {"sections": (), "acceleration_feedforward": 0.0, "dither_V": 0.0, "oil_compensation": None, "link_notch": None}
+    plain = with_servo(still, "rotary", gain=degrees(0.35), **no_more)
     return plain.model_copy(update={"end_point": None})
 
 

@@ -15,7 +15,7 @@ from config.rig import Rig
 @pytest.fixture(scope="session")
 def rig() -> Rig:
     shipped_rig = load_rig(find("rigs", "ornl_testbed")).rig
-    changes = {"gain": degrees(0.35), "acceleration_feedforward": 0.0, "dither_V": 0.0, "oil_compensation": None}
+    changes = {"gain": degrees(0.35), "acceleration_feedforward": 0.0, "dither_V": 0.0, "oil_compensation": None, "link_notch": None}
     plain = shipped_rig.servo["rotary"].model_copy(update=changes)
     return shipped_rig.model_copy(update={"servo": {**shipped_rig.servo, "rotary": plain}, "end_point": None})
 

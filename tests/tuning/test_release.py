@@ -10,7 +10,7 @@ import pytest
 from config.rig import Rig
 from tuning.closed_loop import Servo
 from tuning.release import Place, release, servo_of
-from tuning.variants import as_in_1997
+from tuning.variants import as_in_1997, with_servo
 
 INCH, POUND, PER_DEG = 0.0254, 0.45359237, degrees(1.0)
 
@@ -62,3 +62,15 @@ def test_no_cycle_when_the_deflection_signal_is_lost(rig: Rig) -> None:
         before = 0.5 * np.ptp(run.deflection_m[2 * quarter : 3 * quarter])
         assert run.tip_amplitude_m < max(before, 5e-5), (length, payload, temperature)
         assert not run.oscillates, (length, payload, temperature)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("inches", [36, 42, 45])
+@pytest.mark.parametrize("pounds", [45, 75])
+def test_an_arm_believed_to_be_empty_does_not_swing_up(rig: Rig, inches: float, pounds: float) -> None:
+    """The notch of an empty arm's 17 to 25 Hz lies where the payload is not: cold, the link rings down as without it."""
+    assert rig.link_mode is not None
+    believing = rig.model_copy(update={"link_mode": rig.link_mode.model_copy(update={"payload_kg": 0.0})})
+    place = Place(inches * INCH, pounds * POUND, 20.0)
+    with_it, without = (release(each, place, servo_of(each)) for each in (believing, with_servo(believing, "rotary", link_notch=None)))
+    assert with_it.tip_amplitude_m < 1.05 * without.tip_amplitude_m
