@@ -48,7 +48,7 @@ def test_a_rig_without_heat_is_refused(rig: Rig) -> None:
         five_hours(rig.model_copy(update={"plant": rig.plant.model_copy(update={"thermal": None})}), hours=0.5)
 
 
-@pytest.mark.parametrize("oil_C", [22.0, 56.0])
+@pytest.mark.parametrize("oil_C", [22.0, 56.0, 67.0])
 def test_the_feed_forward_alone_gives_the_rate_asked_for(rig: Rig, oil_C: float) -> None:
     """Both joints, both ways, within 2.5 %; without tables the worst of them is 8 % off and more."""
     compensated, plain = (
