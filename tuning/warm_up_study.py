@@ -17,7 +17,7 @@ from config.rig import Rig
 from control.oil_compensation import OilCompensation
 from control.run_plan import RunPlan
 from tuning.excited_run import Conditions
-from tuning.five_hours import START_C, FiveHours, five_hours
+from tuning.five_hours import HOURS, START_C, FiveHours, five_hours
 from tuning.frequency_response import FrequencyResponse
 from tuning.line_run import coupled_run, plan_line
 from tuning.oil_table import steady_rate
@@ -77,7 +77,7 @@ def warm_up_study(
     rig: Rig,
     moments_s: Sequence[float],
     maneuver: str = "paper_line",
-    hours: float = 5.0,
+    hours: float = HOURS,
     start_C: float = START_C,
     tell: Tell = lambda line: None,
 ) -> WarmUpStudy:

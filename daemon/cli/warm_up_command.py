@@ -25,7 +25,7 @@ def register(commands: Any) -> None:
     )
     parser = commands.add_parser("warm-up", help=summary, description=summary)
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
-    parser.add_argument("--hours", type=float, default=5.0, help="of the schedule (default 5)")
+    parser.add_argument("--hours", type=float, help="of the schedule (default: all five)")
     parser.add_argument("--start", default="22 degC", help="of everything at first (default %(default)s)")
     parser.add_argument("--moments", metavar="HOURS", help="when to identify and to move, e.g. '0, 2.5, 5' (default: start, middle, end)")
     parser.add_argument("--maneuver", default="paper_line", help="the move, with the adaptive filter on both joints (default paper_line)")
@@ -46,17 +46,19 @@ def _register_table(commands: Any) -> None:
 
 
 def _warm_up(arguments: argparse.Namespace) -> int:
+    from tuning.five_hours import HOURS
     from tuning.warm_up_plot import warm_up_plot  # matplotlib is only loaded for this command
     from tuning.warm_up_study import warm_up_study
 
-    if not 0.5 <= arguments.hours <= 24.0:
-        raise ConfigError("the schedule cannot be that long", value=arguments.hours, limit="0.5 to 24", unit="h", where="--hours")
-    moments = _numbers(arguments.moments, "--moments") or [0.0, 0.5 * arguments.hours, arguments.hours]
-    if not all(0.0 <= moment <= arguments.hours for moment in moments):
-        raise ConfigError("a moment lies outside the schedule", value=arguments.moments, limit=f"0 to {arguments.hours:g}", unit="h")
+    hours = HOURS if arguments.hours is None else arguments.hours
+    if not 0.5 <= hours <= 24.0:
+        raise ConfigError("the schedule cannot be that long", value=hours, limit="0.5 to 24", unit="h", where="--hours")
+    moments = _numbers(arguments.moments, "--moments") or [0.0, 0.5 * hours, hours]
+    if not all(0.0 <= moment <= hours for moment in moments):
+        raise ConfigError("a moment lies outside the schedule", value=arguments.moments, limit=f"0 to {hours:g}", unit="h")
     rig, start_C = load_rig(arguments.rig).rig, to_si(arguments.start, "degC")
     seconds = [3600.0 * moment for moment in moments]
-    study = warm_up_study(rig, seconds, arguments.maneuver, arguments.hours, start_C, teller(arguments.json))
+    study = warm_up_study(rig, seconds, arguments.maneuver, hours, start_C, teller(arguments.json))
     if arguments.output:
         warm_up_plot(study, arguments.output)
     if arguments.json:
