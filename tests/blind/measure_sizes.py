@@ -32,8 +32,8 @@ from gap.search_state import Search
 from gap.settings import Settings
 
 DEVELOPMENT_SEED = 900_100
-AT_MOST = {"payload_error": 2.0, "inertia_error": 4.0}  # kg, kg m²; ten times that is as much as the arm carries
-OF_OWN = 0.3  # ten times that is three times as much as the rig has
+OF_OWN = 1.0  # ten times that is ten times as much as the rig has
+LINEAR = {"cross_leakage": 0.3, "external_leakage": 0.3, "viscous_friction": 0.3}  # claims, as straight lines, known to be too large
 Place = tuple[str, str]
 
 
@@ -75,7 +75,7 @@ def claims_of_present(state: Search) -> dict[Place, float]:
 
 
 def from_claim(place: Place, visible: float, present: bool) -> dict[str, Any]:
-    """One multiple: the claim, at most a tenth of the plausible range; of effects that the rig file has at most 0.3 of its own value."""
+    """One multiple: the claim, at most the plausible range; of the rig file's effects at most their own value or 0.3 of it."""
     plant = load_rig(RIG).rig.plant
     assert plant is not None
     less = plant.model_copy(update={"effects": tuple(e for e in plant.effects if (e.effect, e.where) != place)})
@@ -85,7 +85,7 @@ def from_claim(place: Place, visible: float, present: bool) -> dict[str, Any]:
     side = -1.0 if found.starts[0][0] < free.start and not present else 1.0
     limit = 0.9 * ((free.start - free.low) if side < 0 else (free.high - free.start))
     neutral = 0.0 if present else free.start
-    one = side * min(abs(visible), 0.1 * limit, AT_MOST.get(place[0], np.inf), OF_OWN * own(place))
+    one = side * min(abs(visible), limit, LINEAR.get(place[0], OF_OWN) * own(place))
     return _size(place, one, neutral, limit) | {"claimed": float(f"{visible:.4g}") if np.isfinite(visible) else None}
 
 
