@@ -1,7 +1,7 @@
 """Find, run the maneuver that would tell, find again, until a name is confirmed or nothing separates what is left.
 
-The rig is whatever `run` runs: a design in, the path of its log out. Every new log decides (it is held out); the one before it, if any,
-goes to the logs that are fitted.
+The rig is whatever `run` runs: a design in, the path of its log out. A maneuver is run as often as is proposed. Its logs decide (they are held
+out); those of the round before, if any, go to the logs that are fitted.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def resolve(
 ) -> Course:
     """Rounds of search and run until settled. `show` gets every round as it ends; results go to `out`/round-N."""
     course, fitted, deciding = Course(), list(logs), list(holdouts)
-    newest: Path | None = None
+    newest: list[Path] = []
     for number in range(1, most_rounds + 1):
         found = find(rig, fitted, deciding, out / f"round-{number}", tell, settings or Settings())
         asked = _asked(found.content)
@@ -107,15 +107,14 @@ def resolve(
         if _ended(course, most_rounds) or asked is None:
             return course
         try:
-            log = run(asked, f"round-{number}")
+            repeats = range(1, found.content["next_maneuver"]["repeats"] + 1)
+            new = [run(asked, f"round-{number}" if k == 1 else f"round-{number}-repeat-{k}") for k in repeats]
         except LongreachError as refused:
             course.outcome, course.why = "not_runnable", f"{asked.label}: {refused}"
             return course
-        if newest is not None:
-            deciding.remove(newest)
-            fitted.append(newest)
-        deciding.append(log)
-        newest = log
+        deciding = [path for path in deciding if path not in newest] + new
+        fitted += newest
+        newest = new
     return course
 
 

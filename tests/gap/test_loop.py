@@ -60,6 +60,16 @@ def test_every_new_log_decides_and_the_one_before_is_fitted(monkeypatch: pytest.
     assert found.as_dict()["rounds"][0]["look_alikes"] == [["transport_delay at axis", "valve_lag at axis"]]
 
 
+def test_a_maneuver_is_run_as_often_as_is_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
+    twice = content("ambiguous", False, ASKED | {"repeats": 2}, alike=True)
+    searches = Searches(twice, content("ambiguous", False, ASKED, alike=True), content("named", True, None))
+    course(monkeypatch, searches)
+    assert searches.given[1:] == [
+        (["a"], ["b", "round-1-staircase", "round-1-repeat-2-staircase"]),
+        (["a", "round-1-staircase", "round-1-repeat-2-staircase"], ["b", "round-2-staircase"]),
+    ]
+
+
 @pytest.mark.parametrize(
     ("last", "outcome"),
     [
