@@ -1,7 +1,7 @@
 """Find, run the maneuver that would tell, find again, until a name is confirmed or nothing separates what is left.
 
-The rig is whatever `run` runs: a design in, the path of its log out. A maneuver is run as often as is proposed. Its logs decide (they are held
-out); those of the round before, if any, go to the logs that are fitted.
+The rig is whatever `run` runs: a design in, the path of its log out. A maneuver is run as often as is proposed. Its logs decide (they are
+held out); those of the round before, if any, go to the logs that are fitted.
 """
 
 from __future__ import annotations
