@@ -22,7 +22,7 @@ def program_peaks(pieces: Sequence[Piece], joints: Sequence[JointLimits], period
     """What the program asks of every joint at most; nothing is refused."""
     low = list(pieces[0].at(0.0)[0])
     high, rate, acceleration = list(low), [0.0] * len(joints), [0.0] * len(joints)
-    for _, (positions, rates, accelerations, _volts) in _samples(pieces, period_s):
+    for _, (positions, rates, accelerations, _volts) in samples(pieces, period_s):
         for j in range(len(joints)):
             low[j], high[j] = min(low[j], positions[j]), max(high[j], positions[j])
             rate[j] = max(rate[j], abs(rates[j]))
@@ -32,7 +32,7 @@ def program_peaks(pieces: Sequence[Piece], joints: Sequence[JointLimits], period
 
 def check_program(pieces: Sequence[Piece], joints: Sequence[JointLimits], period_s: float, where: str, next_step: str) -> None:
     """Raises ManeuverError for the first cycle outside a limit. `next_step` is the advice for a position outside the travel."""
-    for t, (positions, rates, accelerations, _volts) in _samples(pieces, period_s):
+    for t, (positions, rates, accelerations, _volts) in samples(pieces, period_s):
         for j, joint in enumerate(joints):
             check_position(joint, positions[j], t, where, next_step)
             _check_slope(joint, "rate", rates[j], joint.rate, "/s", t, where)
@@ -57,7 +57,7 @@ def check_position(joint: JointLimits, position: float, t: float, where: str, ne
 def check_volts(pieces: Sequence[Piece], rig: Rig, joints: Sequence[JointLimits], period_s: float, where: str) -> None:
     """An excitation on the command must stay below the command limit, and the servo must be able to hold the arm against it."""
     peaks = [0.0] * len(joints)
-    for _, sample in _samples(pieces, period_s):
+    for _, sample in samples(pieces, period_s):
         peaks = [max(peak, abs(volts)) for peak, volts in zip(peaks, sample[3], strict=True)]
     for joint, peak in zip(joints, peaks, strict=True):
         if peak > joint.command_V:
@@ -93,7 +93,7 @@ def _check_slope(joint: JointLimits, word: str, value: float, limit: float, per:
     )
 
 
-def _samples(pieces: Sequence[Piece], period_s: float) -> Iterator[tuple[float, Sample]]:
+def samples(pieces: Sequence[Piece], period_s: float) -> Iterator[tuple[float, Sample]]:
     """Time and sample at every cycle (see MOST_SAMPLES) and at the end of every piece; one sample of a rest."""
     start = 0.0
     for piece in pieces:

@@ -24,6 +24,7 @@ from control.run_request import RunRequest
 from control.shaper_choice import FASTER_MOVES, ShaperChoice
 from control.shaper_setup import Extensions, extension_index, set_up_shaper
 from control.smooth_moves import smooth_moves
+from control.tip_motion import checked_tip, tip_peaks
 from control.zero_delay_moves import correct_moves
 
 APPROACH_HOLD_S = 2.0
@@ -73,10 +74,10 @@ def _plan(rig: Rig, request: RunRequest) -> RunPlan:
     kind = str(request.maneuver["kind"])
     pieces = PIECES[kind](maneuver, Ground(joints, rig.arm.hub_offset_m, start))
     choice = ShaperChoice.from_content(request.shaper)
-    if choice.kind == "zero_delay":
-        correct_moves(pieces, rig, choice, request.planning)
-    elif choice.kind == "adaptive_zv":
-        smooth_moves(pieces)
+    planned = tip = tip_peaks(rig, pieces, period_s)
+    if choice.kind in FASTER_MOVES:
+        _make_faster(pieces, rig, choice, request.planning)
+        tip = tip_peaks(rig, pieces, period_s)
     allowed = _allowed(joints, kind, start)
     check_program(pieces, allowed, period_s, maneuver.name, _advice(rig, maneuver, joints))
     check_volts(pieces, rig, joints, period_s, maneuver.name)
@@ -87,9 +88,17 @@ def _plan(rig: Rig, request: RunRequest) -> RunPlan:
     first = program.at(0.0, 0)[0]
     motion_end = max((s.end_s for s in program.segments() if s.kind == "move"), default=0.0)
     names = tuple(joint.name for joint in joints)
-    plan = RunPlan(request, program, setup, names, first, motion_end, setup.build().flush_s, peaks)
+    told = checked_tip(rig, planned, tip, [peak.rate for peak in peaks], maneuver.name)
+    plan = RunPlan(request, program, setup, names, first, motion_end, setup.build().flush_s, peaks, told)
     _check_shaped(rig, replace(plan, program=Program([*approach, *pieces])), allowed, maneuver.name)
     return plan
+
+
+def _make_faster(pieces: list[Piece], rig: Rig, choice: ShaperChoice, planning: int) -> None:
+    if choice.kind == "zero_delay":
+        correct_moves(pieces, rig, choice, planning)
+    else:
+        smooth_moves(pieces)
 
 
 def _maneuver(content: dict[str, Any]) -> Maneuver:

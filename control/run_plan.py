@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from control.program import Program, Segment
@@ -21,8 +21,34 @@ class Peaks:
 
 
 @dataclass(frozen=True, slots=True)
+class TipMotion:
+    """Peaks of the maneuver as it is written, and as it is run: ramps without corners and corrections need more speed in the same time.
+    `limit_mps2`: of the acceleration across the link, None where the rig file has none. `joint` comes nearest to its own rate limit."""
+
+    planned_speed_mps: float
+    speed_mps: float
+    planned_acceleration_mps2: float
+    acceleration_mps2: float
+    limit_mps2: float | None
+    joint: str
+    rate_share: float
+
+    def text(self) -> str:
+        """One line for the operator."""
+        limit = "no limit in the rig file" if self.limit_mps2 is None else f"limit {self.limit_mps2:.3g}"
+        return (
+            f"the tip reaches {self.speed_mps:.3g} m/s ({self.planned_speed_mps:.3g} planned{self._times()}) and "
+            f"{self.acceleration_mps2:.3g} m/s² across the link ({limit}); {self.joint} {100.0 * self.rate_share:.0f} % of its rate limit"
+        )
+
+    def _times(self) -> str:
+        faster = self.speed_mps / self.planned_speed_mps if self.planned_speed_mps > 0.0 else 1.0
+        return f", × {faster:.2f}" if faster > 1.005 else ""
+
+
+@dataclass(frozen=True, slots=True)
 class RunPlan:
-    """Made by plan_run. `duration_s` ends when the program and the shaper are at rest."""
+    """Made by plan_run. `duration_s` ends when the program and the shaper are at rest; `tip` is None on an arm without one."""
 
     request: RunRequest
     program: Program
@@ -32,6 +58,7 @@ class RunPlan:
     motion_end_s: float
     flush_s: float
     peaks: tuple[Peaks, ...]
+    tip: TipMotion | None = None
 
     @property
     def run(self) -> int:
@@ -64,4 +91,5 @@ class RunPlan:
                 name: {"lowest": p.lowest, "highest": p.highest, "rate": p.rate, "acceleration": p.acceleration}
                 for name, p in zip(self.joints, self.peaks, strict=True)
             },
+            "tip": asdict(self.tip) if self.tip is not None else None,
         }

@@ -13,7 +13,7 @@ import numpy as np
 from config.errors import ManeuverError
 from config.rig import Rig
 from control.planning import plan_run
-from control.run_plan import RunPlan
+from control.run_plan import RunPlan, TipMotion
 from control.run_request import RunRequest
 from control.shaper_choice import KINDS
 from tuning.coupled_prediction import can_be_coupled, predicted_coupled
@@ -38,12 +38,13 @@ class Residual:
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """`ideal`: on joints that follow exactly; `coupled`: on the whole simulated rig, None where the rig file has no plant or was not
-    asked. `refused`: why the filter cannot be used; then there are neither."""
+    asked. `refused`: why the filter cannot be used; then there are neither. `tip`: the fastest of the maneuvers' tip motions."""
 
     kind: str
     ideal: Residual | None
     coupled: Residual | None = None
     refused: str = ""
+    tip: TipMotion | None = None
 
     @property
     def judged(self) -> Residual:
@@ -61,6 +62,10 @@ class Recommendation:
     allowed_mps2: float
     chosen: str
     why: str
+
+    @property
+    def best(self) -> Candidate:
+        return next(each for each in self.candidates if each.kind == self.chosen)
 
     def decibels(self, candidate: Candidate) -> float:
         """Worst residual relative to the unshaped one."""
@@ -100,8 +105,10 @@ def _candidate(
         ideal = _residual([predicted(rig, plan, errors) for plan in plans])
     except ManeuverError as error:
         return Candidate(kind, None, refused=str(error))
+    tip = max((plan.tip for plan in plans if plan.tip is not None), key=lambda each: each.speed_mps, default=None)
     few = tuple(dict.fromkeys((errors[0], errors[len(errors) // 2], errors[-1])))
-    return Candidate(kind, ideal, _residual([predicted_coupled(rig, plan, few) for plan in plans]) if coupled else None)
+    whole = _residual([predicted_coupled(rig, plan, few) for plan in plans]) if coupled else None
+    return Candidate(kind, ideal, whole, tip=tip)
 
 
 def _residual(found: Sequence[Prediction]) -> Residual:

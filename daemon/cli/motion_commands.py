@@ -12,6 +12,7 @@ from typing import Any
 from rich.live import Live
 
 from config.errors import DaemonError
+from control.run_plan import TipMotion
 from daemon.cli.check_table import console
 from daemon.cli.connection import add_json_option, ask, connect, show
 from daemon.cli.run_result import moves_of_run
@@ -65,6 +66,7 @@ def _start(arguments: argparse.Namespace) -> int:
         if arguments.settle:
             _tell_waiting(status, arguments.settle)
         run = client.call("start", **_request(arguments, list(status["joints"])))
+        _tell_tip(run)
         if not arguments.wait:
             show(
                 arguments,
@@ -95,6 +97,12 @@ def _tell_waiting(status: dict[str, Any], limit_s: float) -> None:
         if not check["ok"] and status["mode"] == "holding":
             now = f"{check['name']}: {check['value']:.3g} {check['unit']} (limit {check['limit']})"
             print(f"waiting until the arm is at rest, at most {limit_s:g} s; {now}", file=sys.stderr, flush=True)
+
+
+def _tell_tip(run: dict[str, Any]) -> None:
+    """While the run is announced: how fast the tip will be, which a command filter may have made more than the maneuver says."""
+    if run["tip"] is not None and run["tip"]["speed_mps"] > 0.0:
+        print(TipMotion(**run["tip"]).text(), file=sys.stderr, flush=True)
 
 
 def _wait(arguments: argparse.Namespace, client: Any, run: dict[str, Any]) -> int:

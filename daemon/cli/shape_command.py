@@ -58,7 +58,10 @@ def _shape(arguments: argparse.Namespace) -> int:
         return 0
     console().print(_table(found, arguments.error))
     print("".join(f"{each.kind} cannot be used: {each.refused}\n" for each in found.candidates if each.refused), end="")
-    print(f"{found.why}\nlongreach start MANEUVER --shaper {found.chosen}")
+    print(found.why)
+    if found.best.tip is not None:
+        print(f"with it {found.best.tip.text()}")
+    print(f"longreach start MANEUVER --shaper {found.chosen}")
     return 0
 
 

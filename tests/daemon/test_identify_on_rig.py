@@ -34,7 +34,9 @@ def test_the_payload_of_the_armed_rig(daemon: RunningDaemon, tmp_path: Path, cap
 def test_a_shaped_run_says_what_it_left(daemon: RunningDaemon, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["start", "joint_steps", "--shaper", "zvd", "--approach", "--countdown", "0", "--wait", "--json"]
     assert main(["--socket", str(daemon.socket), *words]) == 0
-    moves = json.loads(capsys.readouterr().out)["shaped_moves"]
+    printed = capsys.readouterr()
+    assert "the tip reaches" in printed.err
+    moves = json.loads(printed.out)["shaped_moves"]
     assert [move["move"] for move in moves] == ["move 1", "move 2", "move 3", "move 4"]
     assert all(0.0 < move["measured_mps2"] < 2.0 and move["ideal_mps2"] < 2.0 and move["coupled_mps2"] < 2.0 for move in moves)
     assert all(0.0 <= move["measured_late_s"] < 1.0 for move in moves)

@@ -125,7 +125,9 @@ def test_the_quickest_that_is_good_enough_and_else_the_best() -> None:
 
 def test_a_generous_limit_needs_no_filter_and_a_rig_without_link_is_refused(rig: Rig) -> None:
     found = recommend(rig, [_line("jog")], {}, 5.0, (-0.1, 0.0, 0.1), coupled=False)
-    assert found.chosen == "none"
+    assert found.chosen == found.best.kind == "none"
+    assert found.best.tip is not None
+    assert found.best.tip.speed_mps > 0.0
     assert {candidate.kind for candidate in found.candidates} >= {"zv", "zvd", "ei", "two_hump_ei", "notch", "adaptive"}
     with pytest.raises(ManeuverError, match="nothing vibrates"):
         predicted(rig.model_copy(update={"link_mode": None}), plan_line(rig, "paper_line_y30"))
