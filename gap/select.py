@@ -15,6 +15,7 @@ from gap.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, o
 from gap.turned import turned_trials
 
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
+CLOSING_T = 2.0  # enough for a candidate that takes nearly all of the gap
 CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
 MOST_EFFECTS = 4
 MOST = 0.8  # gain of a first trial after which candidates with hardly any signature of the gap need no fit
@@ -78,11 +79,16 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
     return trials
 
 
+def _clear(trial: Trial, threshold: float) -> bool:
+    """Whether enough windows agree. A gap that stands in a few windows has few that can: what takes all of it needs fewer."""
+    return trial.t > (CLOSING_T if trial.gain >= NEARLY_ALL else threshold)
+
+
 def _decide(state: Search, tried: int) -> Step | None:
     """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters unless more are worth an effect."""
     threshold = max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
     own = [t for t in state.last_trials if t.own]
-    passed = [t for t in own if t.t > threshold and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP and t.has_size]
+    passed = [t for t in own if _clear(t, threshold) and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP and t.has_size]
     if not passed:
         return None
     best = min(passed, key=lambda trial: trial.cost)

@@ -71,12 +71,12 @@ SHAPES: dict[str, Shape] = {
     "pressure_friction": Shape(FORCE, (_up("coefficient", lambda s: 0.03 * s.area, 20),), {}),
     "backlash": Shape(
         FORCE,
-        (_up("gap", lambda s: 0.001 * s.length, 50, (1.0, 4.0)),),
-        {
-            "stiffness": lambda s: 0.5 * s.stiffness,
-            "actuator_mass": lambda s: 0.15 * s.mass,
-            "damping": lambda s: 0.02 * (s.stiffness * s.mass) ** 0.5,
-        },
+        (
+            _up("gap", lambda s: 0.001 * s.length, 50, (1.0, 4.0)),
+            Freedom("stiffness", lambda s: 0.5 * s.stiffness, lambda s: 0.02 * s.stiffness, lambda s: 10 * s.stiffness),
+            Freedom("actuator_mass", lambda s: 0.15 * s.mass, lambda s: 0.01 * s.mass, lambda s: 0.9 * s.mass),
+        ),
+        {"damping": lambda s: 0.02 * (s.stiffness * s.mass) ** 0.5},
     ),
     "inertia_error": Shape(FORCE, (Freedom("extra", lambda s: 0.05 * s.mass, lambda s: -0.6 * s.mass, lambda s: 3 * s.mass),), {}),
     "gravity": Shape(FORCE, (_both("tilt_rad", lambda s: 0.01, 50),), {}),
