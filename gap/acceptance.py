@@ -9,13 +9,16 @@ from config.effect_entry import EffectEntry
 from gap.compare import paired_t
 from gap.evaluation import Evaluation, evaluate
 from gap.fit import CONVERGED, Fit, fit, settled
+from gap.initial_states import marginalised
 from gap.screen import points
 from gap.search_state import Search, Step
 from gap.simulate import remembering
 from gap.trial import Base, effects, effects_only, first_trial, has_size, own_trial
+from gap.verdict import CLOSED
 
 KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
 REFIT_STEPS = 8
+ROUNDS = 3  # of fitting the effects alone, each about start states of its own
 
 Tell = Callable[[str], None]
 
@@ -65,6 +68,14 @@ def _from_own_constants(state: Search, start: Fit) -> Fit:
         now = tuple(evaluate(e, plain, state.costs) for e in state.experiments)
         return Fit(plain, now, start.jacobian, start.columns, start.objective)
     reached, done = effects_only(plain, state.experiments, state.costs, [e.projection for e in start.evaluations])
+    for _ in range(ROUNDS):  # an effect that was found beside wrong constants may be far from its place
+        if done.cost <= CLOSED:
+            break
+        own = [marginalised(e, reached.vector()) for e in state.experiments]
+        further, better = effects_only(reached, state.experiments, state.costs, own)
+        if better.cost >= done.cost:
+            break
+        reached, done = further, better
     return Fit(reached, done.evaluations, start.jacobian, start.columns, done.objective)
 
 

@@ -33,18 +33,30 @@ def search_within_priors(state: Search, tell: Tell) -> Search:
     tell(f"beyond their priors: {', '.join(strained)}; searching with every constant within {WITHIN:g} standard deviations")
     held = _held(state)
     tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
-    found = search(_taken_on(held, tell), tell)
-    held_back = _held_back(found.current.model, state.nominal.model)
-    found.current = _unbounded(found.current, state.nominal.model)
-    if found.steps and held_back:
-        refit(found, found.current, tell)
+    found = _let_go(search(_taken_on(held, tell), tell), state.nominal.model, tell)
     if found.cost > NO_GAP:
         state = _taken_on(state, tell)
-    if alarmed(found.current) or found.cost > AS_GOOD * max(state.cost, NO_GAP):
+    if found.cost > AS_GOOD * max(state.cost, NO_GAP):
         return search(state, tell)
+    if alarmed(found.current):
+        other = search(state, tell)
+        return found if found.cost < other.cost else other
     stands_in = bool(found.steps) and state.cost <= AS_GOOD * max(found.cost, NO_GAP)
     only = state.constants_only if found.steps else found.seen
     return replace(found, nominal=state.nominal, strained=tuple(strained) if stands_in else (), constants_only=only)
+
+
+def _let_go(found: Search, own: Model, tell: Tell) -> Search:
+    """The finished search with the constants' own bounds again. They are fitted once more where the holding had stopped one, unless they
+    only leave their priors again for it and gain nothing."""
+    held_back = _held_back(found.current.model, own)
+    found.current = _unbounded(found.current, own)
+    if not (found.steps and held_back):
+        return found
+    freed = replace(found)
+    refit(freed, found.current, tell)
+    gains = found.cost > AS_GOOD * max(freed.cost, NO_GAP)
+    return freed if gains or (not alarmed(freed.current) and freed.cost <= found.cost) else found
 
 
 def _taken_on(state: Search, tell: Tell) -> Search:
