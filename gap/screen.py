@@ -230,15 +230,12 @@ class Remover:
         return np.concatenate([(part * root).ravel() for part, root in zip(parts, self._roots, strict=True)])
 
     def remove(self, rows: Array) -> Array:
-        return np.asarray(rows - self._answers(rows) @ self._columns)
+        return np.asarray(rows - (rows @ self._columns.T) @ self._inverse @ self._columns)
 
     def slopes(self, rows: Array, freed: Array) -> Array:
         """How much of each row the residual holds, and how far the constants' answer to it leads them back to their priors."""
-        return np.asarray(freed @ self._residual + self._answers(rows) @ self._strain)
-
-    def _answers(self, rows: Array) -> Array:
-        """What the constants would do to make up for each row, in prior standard deviations."""
-        return np.asarray((rows @ self._columns.T) @ self._inverse)
+        back = (self._inverse @ self._strain) @ self._columns  # one product with it, not one per constant and row
+        return np.asarray(freed @ self._residual + rows @ back)
 
 
 def weights(evaluation: Evaluation, costs: Costing) -> Array:
