@@ -38,9 +38,9 @@ def search_within_priors(state: Search, tell: Tell) -> Search:
         state = _taken_on(state, tell)
     if found.cost > AS_GOOD * max(state.cost, NO_GAP):
         return search(state, tell)
-    if alarmed(found.current):
-        other = search(state, tell)
-        return found if found.cost < other.cost else other
+    other = search(state, tell) if alarmed(found.current) else None
+    if other is not None and other.cost <= found.cost:
+        return other
     stands_in = bool(found.steps) and state.cost <= AS_GOOD * max(found.cost, NO_GAP)
     only = state.constants_only if found.steps else found.seen
     return replace(found, nominal=state.nominal, strained=tuple(strained) if stands_in else (), constants_only=only)
