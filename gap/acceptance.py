@@ -84,12 +84,12 @@ def swap(state: Search, tell: Tell) -> None:
     for number, step in enumerate(state.steps[:-1]):
         present = {(e.effect, e.where) for e in state.current.model.added}
         rivals = [t for t in (*step.rivals, *step.others) if (t.candidate.effect, t.candidate.where) not in present]
-        without = _without(state, step.entry) if rivals else None
-        if without is None:
+        rest = without(state, step.entry) if rivals else None
+        if rest is None:
             continue
         rival = min(rivals, key=lambda t: t.cost)
-        base = Base(state.experiments, state.holdouts, state.costs, without, _seen(state, without))
-        trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, without.model)), [])
+        base = Base(state.experiments, state.holdouts, state.costs, rest, _seen(state, rest))
+        trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.model)), [])
         if paired_t(state.seen, trial.holdout) > KEEP_T:
             tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
             state.steps[number] = Step(trial.fit.model.added[-1], trial, (step.trial,), ())
@@ -99,18 +99,18 @@ def swap(state: Search, tell: Tell) -> None:
 def drop_superfluous(state: Search, tell: Tell) -> None:
     """Take out each earlier effect that later ones have made worthless."""
     for step in list(state.steps[:-1]):
-        without = _without(state, step.entry)
-        if without is None:
+        rest = without(state, step.entry)
+        if rest is None:
             continue
-        seen = _seen(state, without)
+        seen = _seen(state, rest)
         if paired_t(seen, state.seen) < KEEP_T:
             tell(f"dropped: {step.trial.candidate.label} explains nothing that the others do not")
             state.steps.remove(step)
-            refit(state, without, tell)
+            refit(state, rest, tell)
 
 
-def _without(state: Search, entry: EffectEntry) -> Fit | None:
-    """The current model refitted without one of its effects."""
+def without(state: Search, entry: EffectEntry) -> Fit | None:
+    """The current model refitted without one of its effects; None when that is not in it."""
     model = state.current.model
     if not any(other is entry for other in model.added):
         return None

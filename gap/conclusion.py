@@ -23,6 +23,7 @@ from gap.settings import Settings
 from gap.temperatures import warmings
 from gap.verdict import Verdict, channel_rms, confidence, verdict
 from gap.visible import checked
+from gap.weak_names import weighed
 from gap.written import again, file_model, leanest, text_of, widths_of
 
 Tell = Callable[[str], None]
@@ -39,9 +40,10 @@ def concluded(
     tell: Tell,
 ) -> Found:
     before, refit = mean_cost(nominal), mean_cost(state.constants_only)
-    draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
     tell("confidence intervals")
     half_width = confidence(state.current, state.costs)
+    state.steps = weighed(state, half_width, tell)
+    draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
     widths = widths_of(state, half_width)
     lean = leanest(state, half_width, tell)
     text = text_of(loaded, state, draft, lean, widths, before)

@@ -32,9 +32,10 @@ def doubtful(state: Search, word: Verdict) -> list[Rival]:
     unclear = next(((step.trial, *alike) for step in state.steps if (alike := look_alikes(state, step))), None)
     if unclear is not None:
         return [_rival(trial) for trial in unclear[:MOST_RIVALS]]
-    if not state.steps or word.confirmed:
+    tentative = [step for step in state.steps if step.weak or not word.confirmed]
+    if not tentative:
         return []
-    last = state.steps[-1]
+    last = tentative[-1]
     return [_rival(last.trial), _runner_up(state, last)]
 
 

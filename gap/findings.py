@@ -32,7 +32,7 @@ def finding(state: Search, step: Step, model: Model, widths: Mapping[str, float]
     return {
         "effect": candidate.effect,
         "where": candidate.where,
-        "confirmed": verdict.confirmed and not alike,
+        "confirmed": verdict.confirmed and not alike and not step.weak,
         "parameters": parameters | {key: {"value": value, "unit": "", "ci95": [value, value]} for key, value in fixed.items()},
         "holdout_gain": _short(step.trial.gain),
         "t": _short(step.trial.t),

@@ -21,15 +21,15 @@ def moved(model: Model, half_width: Array) -> list[int]:
     ]
 
 
-def improved(text: str, model: Model, steps: Sequence[Step], widths: Mapping[str, float], remark: str) -> str:
+def improved(text: str, model: Model, steps: Sequence[Step], widths: Mapping[str, float], remarks: Sequence[str]) -> str:
     """The rig file's text with the effects added and every free constant of the model at its value; each with where it comes from.
 
-    `widths`: 95% half width of the effects' parameters, by "EFFECT.where.parameter".
+    `widths`: 95% half width of the effects' parameters, by "EFFECT.where.parameter". `remarks`: one a step.
     """
     for free, value in zip(model.free, model.theta, strict=True):
         if free.prior:
             text = _with_value(text, free, float(value))
-    for step in steps:
+    for step, remark in zip(steps, remarks, strict=True):
         text = _with_effect(text, effect_line(model, step, widths, remark))
     return text
 

@@ -30,7 +30,8 @@ def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = (), reques
 
 
 def _head(found: Found) -> str:
-    calm = "" if found.verdict.confirmed else " open"
+    sure = found.verdict.confirmed and not any(step.weak for step in found.state.steps)
+    calm = "" if sure else " open"
     warnings = "".join(paragraph(f"Data: {problem.text()}", "small") for problem in found.problems)
     said = f'<p class="verdict{calm}"><b>{found.verdict.word}</b>: {escape(found.verdict.why)}</p>'
     return f"<h1>Gap report: {escape(found.rig.rig.name)}</h1>{said}{warnings}"

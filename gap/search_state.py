@@ -28,6 +28,7 @@ class Step:
     trial: Trial
     rivals: tuple[Trial, ...]
     others: tuple[Trial, ...]
+    weak: str = ""  # why the name stays tentative even where the gap is closed
 
 
 @dataclass(slots=True)

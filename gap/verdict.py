@@ -25,7 +25,7 @@ _BLOCK = 3  # neighbouring windows drawn together
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The word of the findings file and why, in a sentence."""
+    """The word of the findings file and why, in a sentence. `confirmed`: the gap is closed by what is named; a name may still be weak."""
 
     word: str
     why: str
@@ -73,6 +73,9 @@ def _named(state: Search, before: float, refit: float, after: float) -> Verdict:
     left = still_open(state.current.evaluations)
     if closed and left:
         closed, open_ = False, f" But {left}, which the hold-out does not show, so the names are tentative."
+    weak = "; ".join(f"{s.trial.candidate.effect} at {s.trial.candidate.where} {s.weak}" for s in state.steps if s.weak)
+    if closed and weak:
+        open_ = f" But {weak}: tentative."
     unclear = [(s.trial, *alike) for s in state.steps if (alike := look_alikes(state, s))]
     if unclear:
         sets = "; ".join("{" + ", ".join(f"{t.candidate.effect} at {t.candidate.where}" for t in trials) + "}" for trials in unclear)

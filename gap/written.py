@@ -46,9 +46,9 @@ def leanest(state: Search, half_width: Array, tell: Tell) -> Model:
 def text_of(loaded: LoadedRig, state: Search, draft: Verdict, lean: Model, widths: dict[str, float], before: float) -> str:
     if draft.word in ("no_gap", "data_problem") or (draft.word == "unknown" and not state.steps):
         return loaded.text
-    grade = "confirmed" if draft.confirmed else "tentative"
-    remark = f"longreach gap find, {grade}: hold-out {before:.4g} to {state.cost:.4g} noise floors"
-    return improved(loaded.text, lean, state.steps, widths, remark)
+    grades = ["confirmed" if draft.confirmed and not step.weak else "tentative" for step in state.steps]
+    remarks = [f"longreach gap find, {grade}: hold-out {before:.4g} to {state.cost:.4g} noise floors" for grade in grades]
+    return improved(loaded.text, lean, state.steps, widths, remarks)
 
 
 def file_model(text: str) -> Model:

@@ -4,64 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import axis_logs
-import numpy as np
 import pytest
+from finished_search import finished, quiet
 
-from config.load import LoadedRig
-from gap.candidates import Candidate, candidates
-from gap.evaluation import evaluate
-from gap.fit import Fit, unfitted
 from gap.last_look import last_look
-from gap.measured import load
-from gap.model import Model
-from gap.nuisance import nuisances
-from gap.opening import experiments_of, started
-from gap.search_state import Search, Step
-from gap.settings import Settings
-from gap.trial import Trial
-
-MODEL = axis_logs.axis_text("coulomb_friction")
-
-
-def quiet(line: str) -> None:
-    """No progress."""
-
-
-def with_effect(model: Model, candidate: Candidate, value: float) -> Model:
-    grown = model.with_effect(candidate.entry, candidate.free)
-    return grown.with_theta(np.concatenate([model.theta, [value]]))
-
-
-def fitted(state: Search, model: Model) -> Fit:
-    return unfitted(model, [evaluate(e, model, state.costs) for e in state.experiments], state.costs)
-
-
-def trial(state: Search, candidate: Candidate, model: Model) -> Trial:
-    done = fitted(state, model)
-    return Trial(candidate, done, tuple(evaluate(e, model, state.costs) for e in state.holdouts), 0.9, 1.0, 9.0, True, own=True)
+from gap.search_state import Search
 
 
 @pytest.fixture(scope="module")
 def state(tmp_path_factory: pytest.TempPathFactory) -> Search:
-    """A search that has accepted the friction that was taken away, and a dead band beside it that does nothing."""
-    folder, truth = tmp_path_factory.mktemp("look"), axis_logs.axis_rig()
-    loaded = LoadedRig(axis_logs.axis_rig("coulomb_friction"), MODEL, "axis.yaml")
-    logs = [load(axis_logs.write(folder / f"{s}.csv", axis_logs.simulated(truth, s, 5.0)), loaded.rig) for s in (1, 2)]
-    names, few, held = experiments_of(loaded, logs[:1], logs[1:], Settings(propose=False))
-    free = nuisances(loaded, frozenset(names))
-    model = Model(loaded.rig, free, np.array([item.start for item in free]))
-    begun = started(model, few, held, frozenset(names), quiet)[0]
-    found = {c.effect: c for c in candidates(loaded.rig, frozenset(names))}
-    friction = with_effect(model, found["coulomb_friction"], 20.39)
-    both = with_effect(friction, found["valve_deadband"], 1e-5)
-    rival = with_effect(model, found["valve_deadband"], 0.05)
-    others = (trial(begun, found["valve_deadband"], rival), trial(begun, found["coulomb_friction"], friction))
-    first = Step(both.added[0], trial(begun, found["coulomb_friction"], friction), (), others[:1])
-    second = Step(both.added[1], trial(begun, found["valve_deadband"], both), (), ())
-    current = fitted(begun, both)
-    seen = tuple(evaluate(e, both, begun.costs) for e in held)
-    return replace(begun, current=current, seen=seen, steps=[first, second])
+    return finished(tmp_path_factory.mktemp("look"), deadband=1e-5)
 
 
 def test_what_the_model_does_not_need_goes_and_a_worse_rival_is_no_look_alike(state: Search) -> None:
