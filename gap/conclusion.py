@@ -13,6 +13,7 @@ from gap.doubt import next_of
 from gap.evaluation import Evaluation, mean_cost
 from gap.findings import constants, document, finding, not_seen
 from gap.found import Found
+from gap.hold_out_sizes import on_hold_out
 from gap.localise import localise
 from gap.measured import Measured
 from gap.model import Model
@@ -74,7 +75,8 @@ def _smallest(state: Search, tell: Tell) -> None:
     rest = candidates(state.current.model.rig, state.channels)
     last = screen(state.current, state.costs, rest, state.seen_at, tell, sizes_only=True)
     tell("smallest sizes that would have been named")
-    state.screening = checked(last, state.current, state.costs, state.seen_at)
+    fitted = checked(last, state.current, state.costs, state.seen_at)
+    state.screening = on_hold_out(fitted, state.current, state.seen, state.costs, len(rest))
 
 
 def _gap(

@@ -10,6 +10,7 @@ window. What takes the same form in all windows stays with the constants, and fr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -63,6 +64,10 @@ class Projection:
     sensitivity: Array
     gain: Array  # windows × states × values
     of_friction: NDArray[np.bool_] | None = None  # which of the states stand for friction, or hang on it
+
+    def of_windows(self, numbers: Sequence[int] | NDArray[np.int64]) -> Projection:
+        """The same for some of the windows."""
+        return Projection(self.sensitivity[numbers], self.gain[numbers], self.of_friction)
 
     @property
     def plain(self) -> Projection:

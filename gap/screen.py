@@ -13,12 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.candidates import Candidate
-from gap.evaluation import Costing, Evaluation, limits
+from gap.evaluation import Costing
 from gap.fit import Fit
+from gap.freed import Probe, Remover, rows
 from gap.measured import Array
 from gap.model import Model
-from gap.sensitivity import projected
-from gap.simulate import simulate
 from gap.thinned import thinned
 from sim_backend.effects.registry import REGISTRY
 
@@ -40,6 +39,7 @@ class Point:
     curvature: float
     most: float  # largest and smallest multiple of this size within the parameters' ranges
     least: float
+    answers: Array  # what the constants do of the signature, in their scales
 
     @property
     def multiple(self) -> float:
@@ -61,7 +61,7 @@ class Signature:
     unit: str
     leading: Array  # the direction in which it explains the residual best; unit length
     starts: tuple[Model, ...]  # from which to fit it, the most promising first
-    probe: tuple[Model, float, float] | None  # a model with it, its size there and the energy of its signature
+    probe: Probe | None  # it alone, at the size closest to where it would just be named
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +117,8 @@ def screen(
     plain = rows(current, remover, [model for group in groups for model in group])
     freed = remover.remove(plain)
     slopes, curvatures = remover.slopes(plain, freed), np.sum(plain * freed, axis=1)
-    ends = np.cumsum([len(group) for group in groups])[:-1]
-    parts = zip(found, groups, *(np.split(values, ends) for values in (freed, slopes, curvatures)), strict=True)
+    ends, answers = np.cumsum([len(group) for group in groups])[:-1], remover.answers(plain)
+    parts = zip(found, groups, *(np.split(values, ends) for values in (freed, slopes, curvatures, answers)), strict=True)
     scored = [_scored(c, [_point(c, *one) for one in zip(*tried, strict=True)], remover.energy, seen_at) for c, *tried in parts]
     scored.sort(key=lambda s: -s.share)
     directions = np.stack([s.leading for s in scored]) if scored else np.empty((0, freed.shape[1]))
@@ -150,18 +150,7 @@ def _alone(candidate: Candidate) -> list[tuple[float, ...]]:
     ]
 
 
-def rows(current: Fit, remover: Remover, models: Sequence[Model]) -> Array:
-    """Signature of every model against the current one: models × values."""
-    vectors = [model.vector() for model in models]
-    parts = []
-    for evaluation in current.evaluations:
-        readings = simulate(evaluation.experiment, vectors)
-        changes = np.stack([np.nan_to_num(r - evaluation.readings, posinf=0.0, neginf=0.0) for r in readings])
-        parts.append(projected(evaluation, changes))
-    return np.stack([remover.flat([part[k] for part in parts]) for k in range(len(models))])
-
-
-def _point(candidate: Candidate, model: Model, row: Array, slope: float, curvature: float) -> Point:
+def _point(candidate: Candidate, model: Model, row: Array, slope: float, curvature: float, answers: Array) -> Point:
     """With the multiples that stay within the ranges: a delay or a dead band of less than nothing explains nothing."""
     values = model.theta[model.of_effect(model.added[-1])]
     ends = []
@@ -169,7 +158,7 @@ def _point(candidate: Candidate, model: Model, row: Array, slope: float, curvatu
         if free.key in REGISTRY[candidate.effect].neutral and value != free.start:
             ends.append(sorted(((free.low - free.start) / (value - free.start), (free.high - free.start) / (value - free.start))))
     least, most = (max(low for low, _ in ends), min(high for _, high in ends)) if ends else (0.0, 1.0)
-    return Point(model, row, float(slope), float(curvature), most, least)
+    return Point(model, row, float(slope), float(curvature), most, least, answers)
 
 
 def _scored(candidate: Candidate, tried: Sequence[Point], energy: float, seen_at: float) -> Signature:
@@ -181,7 +170,7 @@ def _scored(candidate: Candidate, tried: Sequence[Point], energy: float, seen_at
     best = max(good, key=lambda point: point.lowers(point.multiple))
     leading = best.row / np.linalg.norm(best.row)
     probe = _probe(candidate, tried, seen_at)
-    visible = probe[1] * float(np.sqrt(seen_at / probe[2])) if probe else np.inf
+    visible = probe.size * float(np.sqrt(seen_at / probe.energy)) if probe else np.inf
     return Signature(candidate, best.lowers(best.multiple) / energy, visible, unit, leading, starts, probe)
 
 
@@ -199,7 +188,7 @@ def _starts(candidate: Candidate, tried: Sequence[Point]) -> tuple[Model, ...]:
     return (line, *models) if best.lowers(best.multiple) > ranked[0].lowers(1.0) else (models[0], line, *models[1:])
 
 
-def _probe(candidate: Candidate, tried: Sequence[Point], seen_at: float) -> tuple[Model, float, float] | None:
+def _probe(candidate: Candidate, tried: Sequence[Point], seen_at: float) -> Probe | None:
     """Of the sizes tried with the first parameter alone, the one closest to where the effect would just be named."""
     found = []
     for point in tried if candidate.free else ():
@@ -208,37 +197,5 @@ def _probe(candidate: Candidate, tried: Sequence[Point], seen_at: float) -> tupl
         alone = not any(m for m, free in zip(moved[1:], candidate.free[1:], strict=True) if free.key in REGISTRY[candidate.effect].neutral)
         energy = float(point.row @ point.row)
         if energy > 1e-18 and alone:
-            found.append((point.model, abs(moved[0]) or candidate.free[0].scale, energy))
-    return min(found, key=lambda item: abs(np.log(item[2] / seen_at)), default=None)
-
-
-class Remover:
-    """Takes out of a vector what the free constants can do within their priors."""
-
-    def __init__(self, current: Fit, costs: Costing) -> None:
-        self._roots = [np.sqrt(weights(e, costs)) for e in current.evaluations]
-        temper = max(1.0, current.cost) * costs.tau
-        self._residual = self.flat([e.left for e in current.evaluations])
-        self._strain = temper * current.model.pulls
-        self.energy = float(self._residual @ self._residual + self._strain @ current.model.pulls) or 1.0
-        self._columns = np.stack([self.flat([part[k] for part in current.columns]) for k in range(len(current.model.free))])
-        prior = np.diag([1.0 if free.prior else 1e-9 for free in current.model.free]) * temper
-        self._inverse = np.linalg.pinv(self._columns @ self._columns.T + prior)
-
-    def flat(self, parts: Sequence[Array]) -> Array:
-        """One vector of the experiments' residuals, single bad samples weighted down."""
-        return np.concatenate([(part * root).ravel() for part, root in zip(parts, self._roots, strict=True)])
-
-    def remove(self, rows: Array) -> Array:
-        return np.asarray(rows - (rows @ self._columns.T) @ self._inverse @ self._columns)
-
-    def slopes(self, rows: Array, freed: Array) -> Array:
-        """How much of each row the residual holds, and how far the constants' answer to it leads them back to their priors."""
-        back = (self._inverse @ self._strain) @ self._columns  # one product with it, not one per constant and row
-        return np.asarray(freed @ self._residual + rows @ back)
-
-
-def weights(evaluation: Evaluation, costs: Costing) -> Array:
-    """Weight of every value in a least-squares step: 1, less beyond the limit of its channel."""
-    limit = limits(evaluation.experiment, evaluation.left, costs)
-    return np.asarray(np.minimum(1.0, limit / np.maximum(np.abs(evaluation.left), 1e-12)))
+            found.append(Probe(point.model, abs(moved[0]) or candidate.free[0].scale, energy, point.answers))
+    return min(found, key=lambda probe: abs(np.log(probe.energy / seen_at)), default=None)

@@ -79,16 +79,21 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
     return trials
 
 
-def _clear(trial: Trial, threshold: float) -> bool:
-    """Whether enough windows agree. A gap that stands in a few windows has few that can: what takes all of it needs fewer."""
-    return trial.t > (CLOSING_T if trial.gain >= NEARLY_ALL else threshold)
+def least_t(tried: int) -> float:
+    """The t that one of so many candidates needs, so that a whole search rarely finds what is not there."""
+    return max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
+
+
+def passes(t: float, gain: float, drop: float, least: float) -> bool:
+    """Whether enough windows agree and the gain is worth an effect. A gap that stands in a few windows has few that can agree: what takes
+    all of it needs fewer."""
+    return t > (CLOSING_T if gain >= NEARLY_ALL else least) and gain >= LEAST_GAIN and drop >= LEAST_DROP
 
 
 def _decide(state: Search, tried: int) -> Step | None:
     """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters unless more are worth an effect."""
-    threshold = max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
-    own = [t for t in state.last_trials if t.own]
-    passed = [t for t in own if _clear(t, threshold) and t.gain >= LEAST_GAIN and t.drop >= LEAST_DROP and t.has_size]
+    least = least_t(tried)
+    passed = [t for t in state.last_trials if t.own and t.has_size and passes(t.t, t.gain, t.drop, least)]
     if not passed:
         return None
     best = min(passed, key=lambda trial: trial.cost)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from gap.evaluation import Evaluation
 from gap.fit import Fit
-from gap.initial_states import Projection
 from gap.windows import Experiment
 
 MOST_WINDOWS = 40  # of all fit logs together
@@ -41,12 +40,11 @@ def _every(experiment: Experiment, step: int) -> NDArray[np.int64]:
 
 def _part(evaluation: Evaluation, numbers: Sequence[int] | NDArray[np.int64]) -> Evaluation:
     e = evaluation
-    projection = Projection(e.projection.sensitivity[numbers], e.projection.gain[numbers], e.projection.of_friction)
     experiment = _windows(e.experiment, numbers)
     return replace(
         e,
         experiment=experiment,
-        projection=projection,
+        projection=e.projection.of_windows(numbers),
         readings=e.readings[numbers],
         left=e.left[numbers],
         window_costs=e.window_costs[numbers],

@@ -26,9 +26,11 @@ from config.load import load_rig
 from gap.candidates import candidates
 from gap.executor import each, executor
 from gap.find import search_gap
+from gap.freed import Probe, Remover
+from gap.hold_out_sizes import Judge
 from gap.measured import load
-from gap.screen import Remover
 from gap.search_state import Search
+from gap.select import least_t
 from gap.settings import Settings
 
 DEVELOPMENT_SEED = 900_100
@@ -59,19 +61,36 @@ def measured(form: float, chambers: bool, seed: int) -> list[dict[str, Any]]:
 
 def claims_of_present(state: Search) -> dict[Place, float]:
     """The size at which each effect of the rig file would have been named, had it been missing: from the signature of its first number,
-    freed of what all others can do."""
+    freed of what all others can do, on the fit logs and on the hold-out."""
     model, found = state.current.model, dict[Place, float]()
     assert model.rig.plant is not None
+    tried = len(candidates(model.rig, state.channels))
     for number, entry in enumerate(model.rig.plant.effects):
         first = next(iter(EFFECTS.get(entry.effect, {"": ""})))
         mine = [k for k, free in enumerate(model.free) if free.path == ("effects", number, first)]
         if mine:
-            others = [k for k in range(len(model.free)) if k != mine[0]]
-            less = replace(state.current, model=model.restricted(others), columns=tuple(c[others] for c in state.current.columns))
-            remover = Remover(less, state.costs)
-            row = remover.remove(remover.flat([c[mine[0]] for c in state.current.columns])[None, :])[0]
-            found[(entry.effect, entry.where)] = model.free[mine[0]].scale * float(np.sqrt(state.seen_at / max(float(row @ row), 1e-30)))
+            found[(entry.effect, entry.where)] = _claim_of(state, mine[0], least_t(tried))
     return found
+
+
+def _claim_of(state: Search, mine: int, least: float) -> float:
+    """Of one number of the rig file, all others free."""
+    current, scale = state.current, state.current.model.free[mine].scale
+    others = [k for k in range(len(current.model.free)) if k != mine]
+    less = replace(
+        current,
+        model=current.model.restricted(others),
+        jacobian=tuple(j[others] for j in current.jacobian),
+        columns=tuple(c[others] for c in current.columns),
+    )
+    remover = Remover(less, state.costs)
+    row = remover.flat([c[mine] for c in current.columns])[None, :]
+    energy = max(float(np.sum(remover.remove(row) ** 2)), 1e-30)
+    theta = current.model.theta.copy()
+    theta[mine] += scale
+    probe = Probe(current.model.with_theta(theta), scale, energy, remover.answers(row)[0])
+    on_fit_logs = scale * float(np.sqrt(state.seen_at / energy))
+    return Judge(less, state.seen, state.costs, least).least_sizes({0: probe}, {0: on_fit_logs})[0]
 
 
 def from_claim(place: Place, visible: float, present: bool) -> dict[str, Any]:

@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from gap.evaluation import Costing
-from gap.screen import Point, Remover
+from gap.freed import Remover
+from gap.screen import Point
 
 WINDOWS, VALUES, CONSTANTS, TAU = 4, 30, 5, 2.5
 
@@ -51,9 +52,9 @@ def test_slope_and_curvature_are_those_of_the_whole_problem(seed: int) -> None:
 
 def test_an_effect_that_would_have_to_be_less_than_nothing_explains_nothing() -> None:
     model: Any = None
-    point = Point(model, np.ones(3), slope=-2.0, curvature=4.0, most=10.0, least=0.0)
+    point = Point(model, np.ones(3), slope=-2.0, curvature=4.0, most=10.0, least=0.0, answers=np.zeros(1))
     assert point.multiple == 0.0
     assert point.lowers(point.multiple) == 0.0
-    either = Point(model, np.ones(3), slope=-2.0, curvature=4.0, most=10.0, least=-10.0)
+    either = Point(model, np.ones(3), slope=-2.0, curvature=4.0, most=10.0, least=-10.0, answers=np.zeros(1))
     assert either.multiple == -0.5
     assert either.lowers(either.multiple) == pytest.approx(1.0)
