@@ -18,7 +18,7 @@ from gap.localise import localise
 from gap.measured import Measured
 from gap.model import Model
 from gap.remainder import remainder, sentence
-from gap.screen import screen
+from gap.screen import screen_sizes
 from gap.search_state import Search
 from gap.settings import Settings
 from gap.temperatures import warmings
@@ -73,7 +73,7 @@ def concluded(
 def _smallest(state: Search, tell: Tell) -> None:
     """The smallest size of every effect not named that would have been."""
     rest = candidates(state.current.model.rig, state.channels)
-    last = screen(state.current, state.costs, rest, state.seen_at, tell, sizes_only=True)
+    last = screen_sizes(state.current, state.costs, rest, state.seen_at, tell, state.first_screening)
     tell("smallest sizes that would have been named")
     fitted = checked(last, state.current, state.costs, state.seen_at)
     state.screening = on_hold_out(fitted, state.current, state.seen, state.costs, len(rest))

@@ -29,7 +29,7 @@ from gap.windows import velocities
 
 MOST_WINDOWS = 40  # of the hold-outs together: enough to see how many of them agree
 ROUNDS = 2  # an effect that is not proportional to its size is simulated again where it would have to be larger
-PROPORTIONAL = 1.5  # factor up to which an effect counts as proportional
+PROPORTIONAL = 2.0  # factor up to which an effect counts as proportional
 LARGEST = 100.0  # factor beyond which an effect counts as invisible on these logs
 _BISECTIONS = 6
 

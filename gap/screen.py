@@ -101,19 +101,28 @@ class Screening:
         return best
 
 
-def screen(
-    current: Fit, costs: Costing, found: Sequence[Candidate], seen_at: float, tell: Callable[[str], None], sizes_only: bool = False
-) -> Screening:
-    """Two or more simulations a candidate. `seen_at`: energy of a signature (noise units squared) at which its effect would be named.
-
-    `sizes_only`: one simulation a candidate, which its smallest size follows from; starting points are not ranked then.
-    """
-    tell(f"screening {len(found)} candidate effects")
+def screen(current: Fit, costs: Costing, found: Sequence[Candidate], seen_at: float, tell: Callable[[str], None]) -> Screening:
+    """Two or more simulations a candidate. `seen_at`: energy of a signature (noise units squared) at which its effect would be named."""
     current, share = thinned(current)
-    remover, seen_at = Remover(current, costs), share * seen_at
-    groups = [points(candidate, current.model) for candidate in found]
-    if sizes_only:
-        groups = [[group[len(c.starts) if _alone(c) else 0]] for c, group in zip(found, groups, strict=True)]
+    return _screened(current, costs, found, [points(candidate, current.model) for candidate in found], share * seen_at, tell)
+
+
+def screen_sizes(
+    current: Fit, costs: Costing, found: Sequence[Candidate], seen_at: float, tell: Callable[[str], None], before: Screening | None
+) -> Screening:
+    """One simulation a candidate, which its smallest size follows from; starting points are not ranked. `before`: an earlier screening on
+    the same logs, from which it is known how large to try each."""
+    current, share = thinned(current)
+    known = {s.candidate.label: s.probe for s in before.signatures if s.probe} if before else {}
+    groups = [[_likely(c, current.model, known.get(c.label), share * seen_at)] for c in found]
+    return _screened(current, costs, found, groups, share * seen_at, tell)
+
+
+def _screened(
+    current: Fit, costs: Costing, found: Sequence[Candidate], groups: Sequence[list[Model]], seen_at: float, tell: Callable[[str], None]
+) -> Screening:
+    tell(f"screening {len(found)} candidate effects")
+    remover = Remover(current, costs)
     plain = rows(current, remover, [model for group in groups for model in group])
     freed = remover.remove(plain)
     slopes, curvatures = remover.slopes(plain, freed), np.sum(plain * freed, axis=1)
@@ -137,6 +146,17 @@ def placed(grown: Model, values: Sequence[float]) -> Model:
     theta = grown.theta.copy()
     theta[numbers] = np.clip(values, [grown.free[k].low for k in numbers], [grown.free[k].high for k in numbers])
     return grown.with_theta(theta)
+
+
+def _likely(candidate: Candidate, model: Model, known: Probe | None, seen_at: float) -> Model:
+    """The effect alone, about as large as would just be named if it is proportional to its size; else at its typical size."""
+    typical = points(candidate, model)[len(candidate.starts) if _alone(candidate) else 0]
+    if known is None or candidate.effect == "link_flexibility" or candidate.free[0].key not in REGISTRY[candidate.effect].neutral:
+        return typical
+    values = typical.theta[typical.of_effect(typical.added[-1])].copy()
+    side = np.sign(values[0] - candidate.free[0].start) or 1.0
+    values[0] = candidate.free[0].start + side * known.size * float(np.sqrt(seen_at / known.energy))
+    return placed(typical, [float(v) for v in values])
 
 
 def _alone(candidate: Candidate) -> list[tuple[float, ...]]:

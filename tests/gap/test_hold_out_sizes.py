@@ -17,7 +17,7 @@ from gap.measured import load
 from gap.model import Model
 from gap.nuisance import nuisances
 from gap.opening import experiments_of, started
-from gap.screen import Screening, screen
+from gap.screen import Screening, screen_sizes
 from gap.search_state import Search
 from gap.select import least_t
 from gap.settings import Settings
@@ -41,7 +41,7 @@ def opened(folder: Path, truth: str, share: float) -> Search:
 def sizes(state: Search) -> tuple[Screening, Screening]:
     """As the fit log sees them, and as the hold-out does too."""
     found = candidates(state.current.model.rig, state.channels)
-    first = screen(state.current, state.costs, found, state.seen_at, quiet, sizes_only=True)
+    first = screen_sizes(state.current, state.costs, found, state.seen_at, quiet, None)
     fitted = checked(first, state.current, state.costs, state.seen_at)
     return fitted, on_hold_out(fitted, state.current, state.seen, state.costs, len(found))
 
