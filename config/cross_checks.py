@@ -11,7 +11,7 @@ from typing import Any
 from config.cross_checks_plant import cross_check_plant
 from config.nearest import nearest_text
 from config.problems import Problem
-from config.signals import signal_measures
+from config.signals import SECOND_POSITION, signal_measures
 from config.yaml_tree import YamlTree, dotted
 
 
@@ -128,6 +128,7 @@ _SIGNAL_OF_INTERLOCK = {
     "oil_temperature_min": "reservoir_temperature",
     "oil_temperature_max": "reservoir_temperature",
     "tip_acceleration_max": "tip.acceleration",
+    "plausibility.apart": f".{SECOND_POSITION}",
 }
 
 
@@ -135,9 +136,10 @@ def _interlock_signals(tree: YamlTree) -> Iterator[Problem]:
     """A limit on something that is not measured would protect nobody."""
     signals = tree.value(("signals",))
     for limit, signal in _SIGNAL_OF_INTERLOCK.items() if isinstance(signals, dict) else ():
-        if tree.value(("interlocks", limit)) is not None and not any(name.endswith(signal) for name in signals):
+        path = ("interlocks", *limit.split("."))
+        if tree.value(path) is not None and not any(name.endswith(signal) for name in signals):
             what = f"interlocks.{limit} needs a signal {'JOINT' if signal[0] == '.' else ''}{signal}, which is not in signals"
-            yield tree.problem(("interlocks", limit), what, of_key=True, next_step="Add the signal, or remove the limit.")
+            yield tree.problem(path, what, of_key=True, next_step="Add the signal, or remove the limit.")
 
 
 def _end_point(tree: YamlTree) -> Iterator[Problem]:

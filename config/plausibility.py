@@ -36,3 +36,12 @@ class Plausibility(Section):
         high=10,
     )
     flow_reaction: ReactionWord = Field(default="fault", description="what motion against the command does while armed")
+    apart: float | None = quantity(
+        "",
+        "the joint's two position sensors differ by this many following error limits; takes the signal JOINT.second_position, and counts "
+        "the motion between samples of unlike age",
+        None,
+        low=1e-3,
+        high=10,
+    )
+    apart_reaction: ReactionWord = Field(default="fault", description="what position sensors that disagree do while armed")

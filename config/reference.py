@@ -56,7 +56,8 @@ def _signal_names() -> str:
     rows = [*((f"JOINT.{name}", measures) for name, measures in JOINT_SIGNALS.items()), *RIG_SIGNALS.items()]
     table = "".join(f"| `{name}` | {'angle or length' if measures == 'position' else measures} |\n" for name, measures in rows)
     note = (
-        "`JOINT.position` is required for every joint. Pressures are gauge; the tip's deflection is positive towards growing rotary angle."
+        "`JOINT.position` is required for every joint. `JOINT.second_position`, another sensor of the same motion, is logged and compared, "
+        "never controlled with. Pressures are gauge; the tip's deflection is positive towards growing rotary angle."
     )
     return f"\n## Names of signals\n\n{note}\n\n| name | measures |\n|---|---|\n{table}"
 

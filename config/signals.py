@@ -14,8 +14,10 @@ from pydantic import Field, Tag, ValidationInfo, field_validator
 
 from config.section import Section, chosen_by, inferred, quantity, unit_of
 
+SECOND_POSITION = "second_position"  # another sensor of a joint's motion: logged and compared, the servo never sees it
 JOINT_SIGNALS = {
     "position": "position",
+    SECOND_POSITION: "position",
     "supply_pressure": "pressure",
     "return_pressure": "pressure",
     "supply_temperature": "temperature",

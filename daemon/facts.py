@@ -9,11 +9,14 @@ from math import nan
 
 from config.canopen_options import proofs
 from config.rig import Rig
+from config.signals import SECOND_POSITION
 from daemon.link_watch import link_facts
 from recording.layout import CycleLayout
 
 # Of every joint, in its unit: see daemon.plausibility.
 PLAUSIBILITY_FACTS = ("position_rate", "position_noise", "stuck_motion", "unexplained_motion")
+
+APART_FACT = "positions_apart"  # of a joint with two position sensors
 
 SWING_FACT = "tip.swing_mps2"  # where the tip's acceleration is measured, see daemon.swing
 
@@ -49,6 +52,7 @@ class Facts:
         quality = [f"{signal}.quality" for signal in rig.signals]
         following = [f"{joint}.following_error" for joint in rig.joints]
         plausible = [f"{joint}.{fact}" for joint in rig.joints for fact in PLAUSIBILITY_FACTS]
+        plausible += [f"{joint}.{APART_FACT}" for joint in rig.joints if f"{joint}.{SECOND_POSITION}" in rig.signals]
         self.row_length = len(row)
         proven = [f"{device}.proven_s" for device in proofs(rig)]  # when its safe state was proven, in the loop's time
         swing = [SWING_FACT] if "tip.acceleration" in rig.signals else []

@@ -1,7 +1,9 @@
-"""Whether a measured position is one the joint can have: rate (a jump), noise, stuck, and motion that the command does not explain.
+"""Whether a measured position is one the joint can have: rate (a jump), noise, stuck, and motion that the command does not explain; and
+whether a second sensor of the motion, where there is one, agrees.
 
-Four numbers a joint, renewed in every cycle with a new sample and checked like any other fact. They look at the reference and the
-command of the last cycle, which is what the sample answers to. Nothing here is logged: the log's own columns give the same numbers.
+Four numbers a joint and that difference, renewed in every cycle with a new sample and checked like any other fact. They look at the
+reference and the command of the last cycle, which is what the sample answers to. Nothing here is logged: the log's own columns give the
+same numbers.
 """
 
 from __future__ import annotations
@@ -10,9 +12,10 @@ from collections.abc import Iterator
 from math import exp, inf, isfinite, nan
 
 from config.rig import Rig
+from config.signals import SECOND_POSITION
 from control.signals import Mode
 from daemon.checks import Check, Reaction
-from daemon.facts import PLAUSIBILITY_FACTS, Facts
+from daemon.facts import APART_FACT, PLAUSIBILITY_FACTS, Facts
 
 NOISE_CYCLES = 10.0  # time constant of the mean: a single odd sample is not noise
 FLOW_MEMORY_S = 0.1  # longer than valve and oil need to follow the command (about 10 ms)
@@ -24,6 +27,7 @@ _ADVICE = {
     "position stuck": "The reference moved and the count did not: check encoder, coupling, valve cable and shut-off valve.",
     "unexplained motion": "Command and motion disagree: check valve, its cable, polarity, supply and the encoder's coupling.",
 }
+_APART_ADVICE = "One of the two position sensors is wrong: compare both in the log; check couplings and calibrations."
 
 
 def plausibility_checks(rig: Rig, facts: Facts) -> Iterator[Check]:
@@ -45,6 +49,17 @@ def plausibility_checks(rig: Rig, facts: Facts) -> Iterator[Check]:
             limit = share * (joint.rate_limit if per else joint.following_error_limit)
             index = facts.index(f"{name}.{fact}")
             yield Check(f"{name} {rule}", index, -inf, limit, unit + per, source, Reaction(reaction), advice, age)
+        yield from _agreement(rig, facts, name, unit)
+
+
+def _agreement(rig: Rig, facts: Facts, joint: str, unit: str) -> Iterator[Check]:
+    """The two position sensors of a joint beside each other, where the rig file has both and a limit."""
+    wanted, second = rig.interlocks.plausibility, rig.signals.get(f"{joint}.{SECOND_POSITION}")
+    if wanted.apart is None or second is None:
+        return
+    limit, index = wanted.apart * rig.joints[joint].following_error_limit, facts.index(f"{joint}.{APART_FACT}")
+    source, age = f"{second.device}.{second.channel}", facts.index(f"{joint}.{SECOND_POSITION}_age_s")
+    yield Check(f"{joint} positions apart", index, -inf, limit, unit, source, Reaction(wanted.apart_reaction), _APART_ADVICE, age)
 
 
 class Plausibility:
@@ -54,12 +69,19 @@ class Plausibility:
         self._mode = facts.index("mode")
         period_s = 1.0 / rig.loop.rate_Hz
         self._joints = tuple(_PositionWatch(rig, facts, name, period_s) for name in rig.joints)
+        twice = [joint for joint in rig.joints if f"{joint}.{SECOND_POSITION}" in rig.signals]
+        columns = ("position", SECOND_POSITION, APART_FACT)
+        self._twice = tuple(tuple(facts.index(f"{joint}.{column}") for column in columns) for joint in twice)
 
     def update(self, values: list[float], now_ns: int) -> None:
         servo_acts = int(values[self._mode]) in _SERVO_ACTS
         now_s = now_ns * 1e-9
         for joint in self._joints:
             joint.update(values, now_s, servo_acts)
+        for first, second, apart in self._twice:
+            difference = abs(values[first] - values[second])
+            if difference == difference:  # a BAD sample (NaN) is for the quality check
+                values[apart] = difference
 
 
 class _PositionWatch:

@@ -9,13 +9,10 @@ from config.load import load_rig
 from config.plant import Plant
 from config.plant_sensor import Sensor
 from config.rig import Rig
-from config.signals import signal_measures
+from config.signals import SECOND_POSITION, signal_measures
 from gap.model import Model
-from sim_backend.layout import MAX_SENSORS
 
 _TYPICAL = "ornl_testbed"  # whose sensors of the same kind say what a sensor not fitted would be like
-_THERMOMETERS = (".supply_temperature", ".return_temperature")
-_SECOND = "second_position"  # of a joint, read on its own: no effect of the sensor that is fitted touches it
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +25,7 @@ class ExtraSensor:
     def text(self) -> str:
         """For a reader: what to fit."""
         joint, _, quantity = self.channels[0].partition(".")
-        if quantity == _SECOND:
+        if quantity == SECOND_POSITION:
             return f"a second position sensor of {joint}, read on its own"
         return " and ".join(self.channels)
 
@@ -43,34 +40,24 @@ def extra_sensors(rig: Rig, measured: Sequence[str]) -> list[ExtraSensor]:
             groups += [(f"{name}.pressure_a", f"{name}.pressure_b"), (f"{name}.supply_pressure", f"{name}.return_pressure")]
     if rig.arm.kind == "rotary_prismatic":
         groups += [("tip.deflection",), ("tip.acceleration",)]
-    groups += [(f"{name}.{_SECOND}",) for name, joint in rig.plant.joints.items() if not joint.is_imposed]
+    groups += [(f"{name}.{SECOND_POSITION}",) for name, joint in rig.plant.joints.items() if not joint.is_imposed]
     absent = [tuple(channel for channel in group if channel not in measured) for group in groups]
     return [ExtraSensor(channels) for channels in absent if channels]
 
 
 def with_sensors(model: Model, extras: Sequence[ExtraSensor]) -> Model:
-    """The model on the rig with these sensors beside its own.
-
-    Second position sensors come first: the kernel starts a joint's windows from the last sensor of its motion, the one that was logged.
-    Where places are short the joints' thermometers go, which no comparison reads.
-    """
+    """The model on the rig with these sensors beside its own."""
     plant = model.rig.plant
     assert plant is not None
     kinds = _kinds(plant)
     wanted = [channel for extra in extras for channel in extra.channels if channel not in plant.sensors]
     added = {channel: _like(plant.sensors, kinds[channel], kinds) for channel in wanted}
-    second = {channel: sensor for channel, sensor in added.items() if channel.endswith(_SECOND)}
-    sensors = second | plant.sensors | added
-    if len(sensors) > MAX_SENSORS:
-        sensors = {name: sensor for name, sensor in sensors.items() if not name.endswith(_THERMOMETERS)}
-    changed = plant.model_copy(update={"sensors": sensors})
+    changed = plant.model_copy(update={"sensors": plant.sensors | added})
     return replace(model, rig=model.rig.model_copy(update={"plant": changed}))
 
 
 def _kinds(plant: Plant) -> dict[str, str]:
-    """What every signal measures, second position sensors included."""
-    kinds = signal_measures({name: joint.motion for name, joint in plant.joints.items()})
-    return kinds | {f"{name}.{_SECOND}": kinds[f"{name}.position"] for name in plant.joints}
+    return signal_measures({name: joint.motion for name, joint in plant.joints.items()})
 
 
 def _like(sensors: dict[str, Sensor], kind: str, kinds: dict[str, str]) -> Sensor:

@@ -207,7 +207,8 @@ def _oil(columns: Mapping[str, Array]) -> float | None:
 
 def _channels(columns: Mapping[str, Array], rig: Rig, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int) -> dict[str, Channel]:
     """Every fitted signal of the log that the plant has a sensor for."""
-    units = {field.name: field.unit for field in CycleLayout.of_rig(rig).fields}
+    motions = [joint.motion for joint in rig.joints.values()]
+    units = {field.name: field.unit for field in CycleLayout(tuple(rig.joints), motions, rig.joints).fields}
     found: dict[str, Channel] = {}
     for signal in rig.plant.sensors if rig.plant else ():
         name, _ = field_of(signal)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from config.signals import SECOND_POSITION
+
 
 @dataclass(frozen=True, slots=True)
 class Field:
@@ -48,6 +50,7 @@ _JOINT_FIELDS = (
     ("pressure_a_Pa", "Pa", "gauge pressure in chamber A (optional sensor)"),
     ("pressure_b_Pa", "Pa", "gauge pressure in chamber B (optional sensor)"),
 )
+_SECOND_FIELDS = ((SECOND_POSITION, "Q", "position as another sensor of the same motion reads it; a field only where it is fitted"),)
 _TIP_FIELDS = (
     ("acceleration_mps2", "m/s^2", "transverse acceleration at the tip"),
     ("deflection_m", "m", "transverse deflection of the tip, positive towards growing rotary angle"),
@@ -65,6 +68,7 @@ _JOINT_SIGNALS = {
     "pressure_a": "pressure_a_Pa",
     "pressure_b": "pressure_b_Pa",
 }
+_SECOND_SIGNALS = {SECOND_POSITION: SECOND_POSITION}
 _TIP_SIGNALS = {"acceleration": "acceleration_mps2", "deflection": "deflection_m"}
 _RIG_SIGNALS = {"reservoir_temperature": "reservoir_temperature_C"}
 
@@ -73,11 +77,12 @@ TIP_CORRECTION = "tip.correction_rad"
 CONTROLLER_FIELDS = ("target", "target_rate", "reference", "reference_rate", "velocity", "command_V")
 
 
-def joint_fields(joint: str, motion: str) -> list[Field]:
-    """Fields of one joint, `rotary.target` first; `motion` ("rotary" or "linear") gives the unit of positions."""
-    length = "rad" if motion == "rotary" else "m"
-    rows = [(name, unit.replace("Q", length), description) for name, unit, description in _JOINT_FIELDS]
-    return _named(f"{joint}.", rows, _JOINT_SIGNALS)
+def joint_fields(joint: str, motion: str, second: bool) -> list[Field]:
+    """Fields of one joint, `rotary.target` first; `motion` ("rotary" or "linear") gives the unit of positions. `second`: whether it has a
+    second position sensor, whose fields come last."""
+    length, prefix = "rad" if motion == "rotary" else "m", f"{joint}."
+    fields = _named(prefix, _in_unit(_JOINT_FIELDS, length), _JOINT_SIGNALS)
+    return fields + _named(prefix, _in_unit(_SECOND_FIELDS, length), _SECOND_SIGNALS) if second else fields
 
 
 def tip_fields() -> list[Field]:
@@ -93,13 +98,17 @@ def field_of_signal(signal: str) -> str:
     part, _, name = signal.rpartition(".")
     if not part:
         return _RIG_SIGNALS[name]
-    return f"{part}.{(_TIP_SIGNALS if part == 'tip' else _JOINT_SIGNALS)[name]}"
+    return f"{part}.{(_TIP_SIGNALS if part == 'tip' else _JOINT_SIGNALS | _SECOND_SIGNALS)[name]}"
 
 
 def signals_of(joints: tuple[str, ...]) -> tuple[str, ...]:
-    """Every signal that a log of these joints can hold, in the order of the fields."""
+    """Every signal that each log of these joints holds, in the order of the fields."""
     of_joints = tuple(f"{joint}.{signal}" for joint in joints for signal in _JOINT_SIGNALS)
     return of_joints + tuple(f"tip.{signal}" for signal in _TIP_SIGNALS) + tuple(_RIG_SIGNALS)
+
+
+def _in_unit(rows: tuple[tuple[str, str, str], ...], length: str) -> list[tuple[str, str, str]]:
+    return [(name, unit.replace("Q", length), description) for name, unit, description in rows]
 
 
 def _named(prefix: str, rows: list[tuple[str, str, str]], signals: dict[str, str]) -> list[Field]:

@@ -9,12 +9,13 @@ from __future__ import annotations
 import keyword
 import re
 import struct
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
 from config.errors import LogError
 from config.rig import Rig
+from config.signals import SECOND_POSITION
 from recording.event import Event, decode_event, encode_event
 from recording.fields import CYCLE_FIELDS, Field, joint_fields, rig_fields, tip_fields
 from recording.schema import PACKAGE, fields_of_schema, schema_of_fields
@@ -22,6 +23,7 @@ from recording.schema import PACKAGE, fields_of_schema, schema_of_fields
 __all__ = ["CDR_HEADER", "CycleLayout", "Event", "RecordLayout", "decode_event", "encode_event"]
 
 CDR_HEADER = b"\x00\x01\x00\x00"  # plain CDR, little endian
+_TWICE = "MeasuredTwice"  # of a message of a joint with a second position sensor
 CYCLE_SCHEMA = f"{PACKAGE}/msg/Cycle"
 
 _CODES = {"float64": "d", "uint64": "Q", "int64": "q", "float32": "f", "uint32": "I", "int32": "i"}
@@ -83,23 +85,30 @@ class CycleLayout(RecordLayout):
     """The record of a rig with these joints.
 
     `motions` says "rotary" (rad) or "linear" (m) for each; left out, the joint called rotary is rotary and all others linear.
+    `second`: the joints with a second position sensor.
     """
 
-    def __init__(self, joint_names: Sequence[str], motions: Sequence[str] | None = None) -> None:
+    def __init__(self, joint_names: Sequence[str], motions: Sequence[str] | None = None, second: Collection[str] = ()) -> None:
         motions = motions or ["rotary" if name == "rotary" else "linear" for name in joint_names]
         fields = [*CYCLE_FIELDS, *rig_fields()]
         taken = {field.name for field in fields} | {"tip"}
         for name in joint_names:
             _check_joint_name(name, taken)
         for name, motion in zip(joint_names, motions, strict=True):
-            fields += joint_fields(name, motion)
+            fields += joint_fields(name, motion, name in second)
         fields += tip_fields()
-        parts = {name: f"{motion.capitalize()}Joint" for name, motion in zip(joint_names, motions, strict=True)} | {"tip": "Tip"}
+        kinds = (f"{motion.capitalize()}Joint{_TWICE * (name in second)}" for name, motion in zip(joint_names, motions, strict=True))
+        parts = dict(zip(joint_names, kinds, strict=True)) | {"tip": "Tip"}
         super().__init__(fields, schema_of_fields(tuple(fields), parts))
 
     @classmethod
     def of_rig(cls, rig: Rig) -> CycleLayout:
-        return cls(tuple(rig.joints), [joint.motion for joint in rig.joints.values()])
+        return cls(tuple(rig.joints), [joint.motion for joint in rig.joints.values()], measured_twice(rig.signals))
+
+
+def measured_twice(names: Iterable[str]) -> frozenset[str]:
+    """The joints whose second position is among these signals or columns."""
+    return frozenset(joint for joint, _, quantity in (name.rpartition(".") for name in names) if quantity == SECOND_POSITION)
 
 
 def _packed(fields: Sequence[Field]) -> tuple[struct.Struct, list[int]]:

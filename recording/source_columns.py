@@ -11,7 +11,7 @@ from config.nearest import nearest_text
 from config.problems import Problem, config_error
 from config.rig import Rig
 from config.units import to_si
-from recording.layout import CycleLayout
+from recording.layout import CycleLayout, measured_twice
 from recording.table import Table
 
 Floats = npt.NDArray[np.float64]
@@ -20,13 +20,15 @@ _SIGN_OF_A_JOINT = (".position", ".command_V", ".target", ".reference")
 
 def columns_by_name(table: Table, rig: Rig | None) -> tuple[CycleLayout, dict[str, Floats]]:
     """The table's own columns that the log knows. Joints come from the rig, or from names such as `boom.position`."""
-    layout = CycleLayout.of_rig(rig) if rig is not None else CycleLayout(_joints_named_in(table))
+    twice = measured_twice((*table.columns, *(rig.signals if rig is not None else ())))
+    joints = {name: joint.motion for name, joint in rig.joints.items()} if rig is not None else None
+    layout = CycleLayout(tuple(joints), list(joints.values()), twice) if joints else CycleLayout(_joints_named_in(table), None, twice)
     return layout, {name: values for name, values in table.columns.items() if layout.has(name)}
 
 
 def columns_by_map(table: Table, loaded: LoadedMap) -> tuple[CycleLayout, dict[str, Floats]]:
     """What the map makes of the table. ConfigError for names or units that do not fit, LogError for columns the table lacks."""
-    layout = CycleLayout(tuple(loaded.map.joints), list(loaded.map.joints.values()))
+    layout = CycleLayout(tuple(loaded.map.joints), list(loaded.map.joints.values()), measured_twice(loaded.map.columns))
     _refuse_unknown_names(loaded, layout)
     _refuse_missing_columns(table, loaded.map)
     units = {field.name: field.unit for field in layout.fields}

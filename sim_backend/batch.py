@@ -164,6 +164,7 @@ def _move(x: Vector, p: Vector, state: int, change: float) -> None:
         if state == slot * D_STRIDE + D.POSITION:
             x[slot * D_STRIDE + D.ACTUATOR_POSITION] += change
             _move_readings(x, p, Signal.POSITION + slot, change)
+            _move_readings(x, p, Signal.SECOND_POSITION + slot, change)
         if state == slot * D_STRIDE + D.VELOCITY:
             x[slot * D_STRIDE + D.ACTUATOR_VELOCITY] += change
     if state == X.SHAPE_1:

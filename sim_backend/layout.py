@@ -15,7 +15,7 @@ Vector = NDArray[np.float64]  # one-dimensional
 
 SLOTS = 2
 RING = 1024  # control periods a command or a sensor can be delayed: the longest delay allowed (0.1 s) at the highest rate (10 kHz)
-MAX_SENSORS = 17
+MAX_SENSORS = 19
 
 
 class C(IntEnum):
@@ -205,9 +205,10 @@ class Signal(IntEnum):
     TIP_ACCELERATION = 14
     TIP_DEFLECTION = 15
     RESERVOIR_TEMPERATURE = 16
+    SECOND_POSITION = 17
 
 
-SIGNALS = 17
+SIGNALS = 19
 C_END = len(C)
 J_STRIDE = len(J)
 S_STRIDE = len(S)

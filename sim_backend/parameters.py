@@ -24,7 +24,7 @@ _STABLE = 2.6  # frequency times step; fourth-order Runge-Kutta is stable up to 
 _UNLIMITED = 1e9  # slew rate of a drive that follows at once, 1/s
 _SIGNAL_OF_JOINT = {
     "position": Signal.POSITION,
-    "second_position": Signal.POSITION,  # another sensor of the same motion; no rig has one, comparisons ask what it would tell
+    "second_position": Signal.SECOND_POSITION,
     "supply_pressure": Signal.SUPPLY_PRESSURE,
     "return_pressure": Signal.RETURN_PRESSURE,
     "supply_temperature": Signal.SUPPLY_TEMPERATURE,

@@ -151,6 +151,7 @@ class SimulatedRig:
         """Every signal that has a true value here, fitted with a sensor or not."""
         quantities = (
             "position",
+            "second_position",
             "supply_pressure",
             "return_pressure",
             "supply_temperature",

@@ -49,6 +49,7 @@ def true_signals(x: Vector, p: Vector, w: Vector) -> None:
         s, j = slot * D_STRIDE, J_START + slot * J_STRIDE
         on_actuator = p[j + J.GAP] > 0.0 and p[j + J.SENSOR_ON_ACTUATOR] > 0.0
         w[SIGNAL_START + Signal.POSITION + slot] = x[s + D.ACTUATOR_POSITION] if on_actuator else x[s + D.POSITION]
+        w[SIGNAL_START + Signal.SECOND_POSITION + slot] = w[SIGNAL_START + Signal.POSITION + slot]
         w[SIGNAL_START + Signal.SUPPLY_PRESSURE + slot] = w[SUPPLY_AT_VALVE + slot]
         w[SIGNAL_START + Signal.RETURN_PRESSURE + slot] = w[RETURN_AT_VALVE + slot]
         w[SIGNAL_START + Signal.SUPPLY_TEMPERATURE + slot] = supply_port(x)
