@@ -1,4 +1,4 @@
-"""A second sensor of a joint's motion is one more channel compared: it tells a late encoder from a late command, which one sensor cannot."""
+"""A second sensor of a joint's motion is one more channel compared: it tells a late encoder from a late command, as one cannot."""
 
 from __future__ import annotations
 
