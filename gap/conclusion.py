@@ -21,11 +21,12 @@ from gap.remainder import remainder, sentence
 from gap.screen import screen_sizes
 from gap.search_state import Search
 from gap.settings import Settings
+from gap.steadiness import in_words, steadiness, unsteady
 from gap.temperatures import warmings
 from gap.verdict import Verdict, channel_rms, confidence, verdict
 from gap.visible import checked
 from gap.weak_names import weighed
-from gap.written import again, file_model, leanest, text_of, widths_of
+from gap.written import again, changed, file_model, leanest, text_of, widths_of
 
 Tell = Callable[[str], None]
 
@@ -47,17 +48,18 @@ def concluded(
     draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
     widths = widths_of(state, half_width)
     lean = leanest(state, half_width, tell)
+    steady = steadiness(state, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
     text = text_of(loaded, state, draft, lean, widths, before)
     final = nominal if text == loaded.text else again(state, file_model(text))
     after = mean_cost(final)
-    word = _data_verdict(problems) or verdict(state, before, refit, after)
+    word = _data_verdict(problems) or verdict(state, before, refit, after, in_words(unsteady(steady)))
     rest_left = remainder(nominal, final, names, file_model(text).rig) if word.word != "data_problem" else None
     if rest_left and word.word == "unknown":
         word = replace(word, why=f"{word.why} {sentence(rest_left)}")
     places = localise(nominal, names, state.first_screening, loaded.rig)
     _smallest(state, tell)
     parts = {
-        "parameters": constants(state.current.model, half_width),
+        "parameters": constants(state.current.model, half_width, steady),
         "gap": _gap(names, nominal, final, refit, logs),
         "remainder": rest_left,
         "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),

@@ -16,6 +16,7 @@ from gap.model import Model
 from gap.model_file import width_key
 from gap.screen import Screening
 from gap.search_state import Search, Step
+from gap.steadiness import Steadiness
 from gap.trial import Trial
 from gap.verdict import ALARM, Verdict
 from sim_backend.effects.registry import REGISTRY
@@ -55,14 +56,15 @@ def number(value: float, half_width: float, unit: str) -> dict[str, Any]:
     return {"value": _short(value), "unit": unit, "ci95": [_short(value - half_width), _short(value + half_width)]}
 
 
-def constants(model: Model, half_width: Array) -> dict[str, Any]:
-    """Refitted constants of the rig file that the data see."""
-    found = {}
+def constants(model: Model, half_width: Array, steady: Sequence[Steadiness]) -> dict[str, Any]:
+    """Refitted constants of the rig file that the data see; the changed ones also log by log, where `steady` has them."""
+    found, by_log = {}, {s.free.key: s.as_dict() for s in steady}
     for free, value, width in zip(model.free, model.theta, half_width, strict=True):
         if free.prior and (width < 1.7 * free.scale or abs(value - free.start) > 0.5 * free.scale):
             alarm = abs(value - free.start) >= ALARM * free.scale
             prior = {"value": _short(free.start), "sd": _short(free.scale), "tag": free.tag}
-            found[free.key] = number(float(value), float(width), free.unit) | {"prior": prior, "alarm": bool(alarm)}
+            said = {"prior": prior, "alarm": bool(alarm)} | by_log.get(free.key, {})
+            found[free.key] = number(float(value), float(width), free.unit) | said
     return found
 
 

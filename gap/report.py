@@ -147,15 +147,23 @@ def _constants(found: Found) -> str:
     for key, c in ranked:
         prior = f"{c['prior']['value']} ± {c['prior']['sd']:.3g} [{c['prior']['tag'] or 'no tag'}]"
         span = f"{c['ci95'][0]} to {c['ci95'][1]}"
-        rows.append([key, prior, c["value"], span, c["unit"], f"{_pull(c):.1f}", "left its prior" if c["alarm"] else ""])
+        rows.append([key, prior, c["value"], span, c["unit"], f"{_pull(c):.1f}", _by_log(c), "left its prior" if c["alarm"] else ""])
         alarms.append(c["alarm"])
     if not rows:
         return "<h2>Constants</h2>" + paragraph("The logs see none of the rig file's constants.")
     said = "What the logs say of the rig file's constants, those pulled most first; the others are not seen beyond their priors."
-    head = ["constant", "rig file ± prior sd", "refitted", "95%", "unit", "pull (sd)", ""]
+    head = ["constant", "rig file ± prior sd", "refitted", "95%", "unit", "pull (sd)", "each log by itself ± se", ""]
     several = sum(_pull(c) > 0.5 for _, c in ranked)
     shown = table(head, rows[:several], alarms[:several]) if several else paragraph("None is pulled by more than half of its prior.")
     return f"<h2>Constants</h2>{paragraph(said)}{shown}" + folded("The others", table(head, rows[several:]))
+
+
+def _by_log(constant: dict[str, Any]) -> str:
+    """A changed constant as every log by itself has it."""
+    if "by_log" not in constant:
+        return ""
+    values = "; ".join(f"{row['file']}: {row['value']} ± {row['se']}" for row in constant["by_log"])
+    return f"{values} (p = {constant['p']:.2g})"
 
 
 def _pull(constant: dict[str, Any]) -> float:

@@ -32,8 +32,9 @@ class Verdict:
     confirmed: bool
 
 
-def verdict(state: Search, before: float, refit: float, after: float) -> Verdict:
-    """`before`, `refit`, `after`: hold-out costs of the rig file, of its refitted constants and of the final model, in noise floors."""
+def verdict(state: Search, before: float, refit: float, after: float, unsteady: str = "") -> Verdict:
+    """`before`, `refit`, `after`: hold-out costs of the rig file, of its refitted constants and of the final model, in noise floors.
+    `unsteady`: changed constants that are not the same in every log, in words."""
     if state.steps:
         return _named(state, before, refit, after)
     alarms = alarmed(state.current)
@@ -49,8 +50,9 @@ def verdict(state: Search, before: float, refit: float, after: float) -> Verdict
         far = f" Beyond {ALARM:g} prior standard deviations: {', '.join(alarms)}." if alarms else ""
         moved = f"Other values of the rig's constants alone bring the hold-out from {before:.3g} to {refit:.3g} noise floors"
         left = still_open(state.current.evaluations)
-        rest = f", but {left}: the hold-out shows less of the gap." if left else "; no effect is missing."
-        return Verdict("parameter_mismatch", f"{moved}{rest}{far}", not alarms and not left)
+        rest = f", but {left}: the hold-out shows less of the gap." if left else "." if unsteady else "; no effect is missing."
+        hides = f" But {unsteady}: a missing effect may hide there." if unsteady else ""
+        return Verdict("parameter_mismatch", f"{moved}{rest}{hides}{far}", not (alarms or left or unsteady))
     why = f"The hold-out stays at {refit:.3g} noise floors with the best constants, and no known effect passes the gates."
     return Verdict("unknown", why, False)
 

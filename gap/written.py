@@ -43,6 +43,12 @@ def leanest(state: Search, half_width: Array, tell: Tell) -> Model:
     return model
 
 
+def changed(model: Model, lean: Model, half_width: Array) -> list[int]:
+    """Numbers of the constants that the data moved and that the written model has at other values."""
+    kept = {free.key for free in lean.free}
+    return [k for k in moved(model, half_width) if model.free[k].key in kept]
+
+
 def text_of(loaded: LoadedRig, state: Search, draft: Verdict, lean: Model, widths: dict[str, float], before: float) -> str:
     if draft.word in ("no_gap", "data_problem") or (draft.word == "unknown" and not state.steps):
         return loaded.text

@@ -59,7 +59,11 @@ def test_wrong_constants_are_no_missing_effect(tmp_path: Path) -> None:
     content = search(tmp_path, axis_logs.axis_text(), truth)
     assert content["verdict"] == "parameter_mismatch"
     assert content["findings"] == []
-    assert content["parameters"]["plant.joints.axis.mass"]["value"] == pytest.approx(97.5, rel=0.01)
+    mass = content["parameters"]["plant.joints.axis.mass"]
+    assert mass["value"] == pytest.approx(97.5, rel=0.01)
+    assert [row["file"] for row in mass["by_log"]] == ["fit.csv", "hold.csv"]
+    assert all(abs(row["value"] - 97.5) < 4 * row["se"] for row in mass["by_log"])
+    assert mass["p"] > 0.01
     assert content["gap"]["holdout_after"] <= 1.2
 
 
