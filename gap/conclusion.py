@@ -48,7 +48,7 @@ def concluded(
     draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
     widths = widths_of(state, half_width)
     lean = leanest(state, half_width, tell)
-    steady = steadiness(state, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
+    steady = steadiness(state, lean, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
     text = text_of(loaded, state, draft, lean, widths, before)
     final = nominal if text == loaded.text else again(state, file_model(text))
     after = mean_cost(final)

@@ -1,7 +1,7 @@
 """Are the changed constants the same in every log? A wrong value is wrong by as much everywhere; a missing effect that a constant stands
 in for makes its best value depend on what the machine was doing.
 
-Every log is fitted by itself, from the constants found with all of them on: what a log does not see stays there. Cochran's
+Every log is fitted by itself, from the constants that are written: what a log does not see stays there. Cochran's
 Q = Σ (θ_k − θ̄)² / s_k² over K logs has a χ² distribution of K − 1 degrees of freedom when the constant is one (W. G. Cochran, "The
 combination of estimates from different experiments", Biometrics 10, 1954).
 """
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from gap.evaluation import Costing, Evaluation, limits, recounted, rho
+from gap.evaluation import Costing, Evaluation, evaluate, limits, recounted, rho
 from gap.fit import covariance
 from gap.measured import Array
 from gap.model import Free, Model
@@ -56,17 +56,27 @@ class Steadiness:
         return " and ".join(f"{v:.6g} ± {s:.2g}{unit} in {name}" for name, v, s in rows)
 
 
-def steadiness(state: Search, changed: Sequence[int]) -> list[Steadiness]:
-    """The changed constants (numbers of the current model), log by log: fitted ones, then the hold-out. Not the form of friction before
-    it slides and the oil's temperature, which no two runs have alike."""
-    model = state.current.model
-    asked = [k for k in changed if model.free[k].path[-1] not in FORM_OF_FRICTION and model.free[k].path != _OF_THE_DAY]
+def steadiness(state: Search, written: Model, changed: Sequence[int]) -> list[Steadiness]:
+    """The changed constants (numbers of the current model), log by log: fitted ones, then the hold-out; from their values in the model
+    that is written. Not the form of friction before it slides and the oil's temperature, which no two runs have alike."""
+    free = state.current.model.free
+    asked = [k for k in changed if free[k].path[-1] not in FORM_OF_FRICTION and free[k].path != _OF_THE_DAY]
     if not asked:
         return []
+    model = _with_all_free(state.current.model, written)
     numbers = sorted({*asked, *_seen(state)})
-    held = sensitivities(model, [e.experiment for e in state.seen], numbers, [e.readings for e in state.seen])
-    columns = [c[numbers] for c in state.current.columns] + [projected(e, j) for e, j in zip(state.seen, held, strict=True)]
-    return logs_by_themselves(model, (*state.current.evaluations, *state.seen), columns, state.costs, numbers, asked)
+    logs = [evaluate(e.experiment, model, state.costs, e.projection) for e in (*state.current.evaluations, *state.seen)]
+    fitted, held = logs[: len(state.experiments)], logs[len(state.experiments) :]
+    raw = [j[numbers] for j in state.current.jacobian]
+    raw += sensitivities(model, [e.experiment for e in held], numbers, [e.readings for e in held])
+    columns = [projected(e, j) for e, j in zip((*fitted, *held), raw, strict=True)]
+    return logs_by_themselves(model, logs, columns, state.costs, numbers, asked)
+
+
+def _with_all_free(model: Model, written: Model) -> Model:
+    """The model with every constant free, at what the written one has."""
+    values = {free.key: float(value) for free, value in zip(written.free, written.theta, strict=True)}
+    return model.with_theta(np.array([values.get(free.key, free.start) for free in model.free]))
 
 
 def logs_by_themselves(
