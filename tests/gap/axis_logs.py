@@ -25,12 +25,12 @@ def axis_rig(*without: str) -> Rig:
     return rig_from_text(axis_text(*without))
 
 
-def simulated(rig: Rig, seed: int, duration_s: float = 12.0, period_s: float = PERIOD_S, share: float = 1.0) -> Columns:
-    """Back and forth with a seed's frequencies; stays within the travel. `share` of the full command."""
+def simulated(rig: Rig, seed: int, duration_s: float = 12.0, period_s: float = PERIOD_S, amplitude: float = 1.0) -> Columns:
+    """Back and forth with a seed's frequencies; stays within the travel. `amplitude` scales the command."""
     t = period_s * np.arange(round(duration_s / period_s))
     draw = np.random.default_rng(seed)
-    waves = [draw.uniform(0.9, 1.6) * np.sin(2 * np.pi * f * (t + draw.uniform(0, 3))) for f in draw.uniform(0.7, 2.2, 3)]
-    command = 0.09 + share * sum(waves)
+    waves = (draw.uniform(0.9, 1.6) * np.sin(2 * np.pi * f * (t + draw.uniform(0, 3))) for f in draw.uniform(0.7, 2.2, 3))
+    command = 0.09 + amplitude * sum(waves)
     plant = SimulatedRig(rig, seed)
     plant.reset([0.12])
     raw = plant.run(command[:, None], period_s, sense=True)["raw"]

@@ -30,7 +30,7 @@ HIDDEN = "asymmetric_friction"
 def opened(folder: Path, truth: str, share: float) -> Search:
     """The rig file refitted to two logs of `truth`; `share`: of the full command in the second, which is held out."""
     loaded, rig = LoadedRig(axis_logs.axis_rig(), TEXT, "axis.yaml"), rig_from_text(truth)
-    columns = [axis_logs.simulated(rig, seed, 8.0, share=part) for seed, part in ((1, 1.0), (2, share))]
+    columns = [axis_logs.simulated(rig, seed, 8.0, amplitude=part) for seed, part in ((1, 1.0), (2, share))]
     logs = [load(axis_logs.write(folder / f"{k}.csv", one), loaded.rig) for k, one in enumerate(columns)]
     names, few, held = experiments_of(loaded, logs[:1], logs[1:], Settings(propose=False))
     free = nuisances(loaded, frozenset(names))

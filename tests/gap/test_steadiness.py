@@ -6,13 +6,18 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import axis_logs
 import numpy as np
 import pytest
 from scipy.stats import norm
 from test_verdict import searched
 
+from config.load import LoadedRig, rig_from_text
 from gap.evaluation import Costing, Evaluation
+from gap.find import search_gap
+from gap.measured import on_grid
 from gap.model import Free
+from gap.settings import Settings
 from gap.steadiness import Steadiness, in_words, logs_by_themselves, unsteady
 from gap.verdict import verdict
 
@@ -82,6 +87,20 @@ def test_a_constant_that_differs_is_found_and_no_other() -> None:
     assert sum(names[:1] == [ONE] for names in named) >= 38
     assert sum(TWO in names for names in named) <= 2
     assert np.mean([found[0].values for found in runs], axis=0) == pytest.approx([10.0, 12.0], abs=0.6), "drawn towards the common value"
+
+
+def test_friction_too_small_to_be_named_makes_the_damping_depend_on_the_speed() -> None:
+    """The damping is wrong, and a Coulomb friction is missing that more damping stands in for: more of it where the axis is slow."""
+    text = axis_logs.axis_text("coulomb_friction")
+    machine = axis_logs.axis_text().replace("friction: 20.39 N", "friction: 0.02 N").replace("coefficient: 203.5", "coefficient: 220")
+    loaded, truth = LoadedRig(rig_from_text(text), text, "axis.yaml"), rig_from_text(machine)
+    runs = (("fast.csv", 7003, 1.0), ("slow.csv", 7004, 0.3))
+    logs = [on_grid(Path(name), axis_logs.simulated(truth, seed, amplitude=a), loaded.rig, name) for name, seed, a in runs]
+    found = search_gap(loaded, logs[:1], logs[1:], lambda line: None, Settings(propose=False))
+    assert (found.verdict.word, found.verdict.confirmed) == ("parameter_mismatch", False)
+    assert "plant.effects.0.coefficient is not the same in every log" in found.verdict.why
+    fast, slow = (row["value"] for row in found.content["parameters"]["plant.effects.0.coefficient"]["by_log"])
+    assert 220 < fast < slow
 
 
 def test_the_verdict_names_constant_logs_and_doubt() -> None:
