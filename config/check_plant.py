@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from config.finding import Finding
 from config.plant import Plant
 from config.rig import Rig
+from config.unnamed_remainder import UnnamedRemainder
 
 
 def check_plant(rig: Rig) -> Iterator[Finding]:
@@ -18,6 +19,7 @@ def check_plant(rig: Rig) -> Iterator[Finding]:
     yield from _counts(rig, rig.plant)
     yield from _stops(rig, rig.plant)
     yield from _payload(rig, rig.plant)
+    yield from _driving(rig.plant)
 
 
 def _counts(rig: Rig, plant: Plant) -> Iterator[Finding]:
@@ -48,6 +50,14 @@ def _payload(rig: Rig, plant: Plant) -> Iterator[Finding]:
     if not math.isclose(believed, simulated, rel_tol=1e-6, abs_tol=1e-9):
         text = f"link_mode.payload is {believed:.4g} kg, plant.link.payload {simulated:.4g} kg: the shapers are tuned for another arm"
         yield Finding("warning", text)
+
+
+def _driving(plant: Plant) -> Iterator[Finding]:
+    """A table of forces need not take energy, as friction does. It may only take back what friction in the file is too large by."""
+    for entry in plant.effects:
+        if isinstance(entry, UnnamedRemainder) and entry.drives:
+            what = f"unnamed_remainder at {entry.where} pushes along with the motion at some velocity"
+            yield Finding("warning", f"{what}: beyond what friction takes there it gives energy, and a simulated joint may never rest")
 
 
 def _pair(bounds: tuple[float, float]) -> str:

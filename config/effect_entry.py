@@ -32,7 +32,9 @@ class PlacedSection(Section):
         kind = str(info.data.get("quantity_kind", ""))
         unit = unit_at(field, kind)
         if unit is None and kind and _depends_on_place(field):
-            return _smallest(field)  # the place is the mistake, and `where` says so; the number cannot be judged
+            return (
+                [] if isinstance(value, (list, tuple)) else _smallest(field)
+            )  # the place is the mistake, and `where` says so; the number cannot be judged
         if unit is None or value is None:
             return value
         try:

@@ -19,6 +19,7 @@ from config.plant_joint import AnyPlantJoint, Crosshead, motion_of
 from config.plant_sensor import Sensor
 from config.section import Section, chosen_by, quantity
 from config.signals import signal_measures
+from config.unnamed_remainder import UnnamedRemainder
 
 EFFECT_SECTIONS: tuple[type[EffectEntry], ...] = (
     *JOINT_EFFECTS,
@@ -27,6 +28,7 @@ EFFECT_SECTIONS: tuple[type[EffectEntry], ...] = (
     *SUPPLY_EFFECTS,
     *LINK_EFFECTS,
     *SENSOR_EFFECTS,
+    UnnamedRemainder,
 )
 HYDRAULIC_ONLY = (ValveFlowAsymmetry, PressureFriction, *ACTUATOR_EFFECTS)  # the others at a valve also exist in an electric drive
 
@@ -145,6 +147,8 @@ def _wrong_places(effects: tuple[EffectEntry, ...], plant: dict[str, Any]) -> It
         joint = plant["joints"].get(entry.where)
         if joint and isinstance(entry, HYDRAULIC_ONLY) and not (joint.is_hydraulic or _presses(joint, entry)):
             yield f"{label} needs a hydraulic actuator there"
+        if joint and isinstance(entry, UnnamedRemainder):
+            yield from (f"{label} {what}" for what in _no_table(joint, entry))
         if entry.where in ("supply", "link") and not plant.get(entry.where):
             yield f"{label} needs the section plant.{entry.where}"
         if (entry.effect, entry.where) in seen:
@@ -155,6 +159,14 @@ def _wrong_places(effects: tuple[EffectEntry, ...], plant: dict[str, Any]) -> It
 def _presses(joint: Any, entry: EffectEntry) -> bool:
     """A rod in a held chamber has no valve and no flow, but a seal."""
     return isinstance(joint, Crosshead) and joint.area_m2 > 0 and isinstance(entry, PressureFriction)
+
+
+def _no_table(joint: Any, entry: UnnamedRemainder) -> Iterator[str]:
+    """Why a table of forces would say nothing at this joint."""
+    if joint.is_imposed:
+        yield "moves nothing: the motion of this joint is imposed"
+    if entry.pressure_difference_Pa and not joint.is_hydraulic:
+        yield "needs a hydraulic actuator there for a table over pressure_difference"
 
 
 def _with_kind(entry: Any, kind: str) -> Any:

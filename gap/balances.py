@@ -20,6 +20,7 @@ from sim_backend.friction import sliding_level
 from sim_backend.layout import J_START, J_STRIDE, C, J, Vector
 from sim_backend.link import K11, damping_factor, mass_and_bias
 from sim_backend.parameters import Parameters
+from sim_backend.table import table_force
 from sim_backend.valve import beyond_overlap, land_flow, openings, spool_command
 
 SPANS_S = (0.05, 0.1, 0.2, 0.4)  # supports tried: the shortest in which noise stays small against the terms of the equation
@@ -62,13 +63,23 @@ class _Log:
 
 def balances(log: Measured, rig: Rig, sigma: Mapping[str, float]) -> list[Balance]:
     """Every equation that can be formed on this log, most violated first. `sigma`: noise of each channel."""
+    told = _told(log, rig, sigma)
+    found = [balance for formed in _formers(told) if (balance := _shortest(told, *formed)) is not None]
+    return sorted(found, key=lambda balance: -balance.z)
+
+
+def obstacles(log: Measured, rig: Rig) -> dict[str, str]:
+    """Joint → why its force balance cannot be formed on this log; without the joints for which it can."""
+    told = _told(log, rig, {})
+    return {joint: why for joint in rig.joints if (why := _obstacle(told, joint))}
+
+
+def _told(log: Measured, rig: Rig, sigma: Mapping[str, float]) -> _Log:
     parameters = Parameters(rig)
     signals = {name: bridged(channel.values) for name, channel in log.channels.items()}
     velocity = {joint: _rate(signals[f"{joint}.position"], log.period_s) for joint in rig.joints}
     commands = {joint: log.commands_V[:, number] for number, joint in enumerate(rig.joints)}
-    told = _Log(rig, parameters.values, parameters.slots, signals, velocity, commands, sigma, log.period_s)
-    found = [balance for formed in _formers(told) if (balance := _shortest(told, *formed)) is not None]
-    return sorted(found, key=lambda balance: -balance.z)
+    return _Log(rig, parameters.values, parameters.slots, signals, velocity, commands, sigma, log.period_s)
 
 
 def _rate(values: Array, period_s: float) -> Array:
@@ -87,15 +98,26 @@ def _formers(log: _Log) -> Iterator[tuple[str, str, str]]:
         j = J_START + slot * J_STRIDE
         kind, force = log.p[j + J.KIND], "N*m" if slot == 0 else "N"
         pressures = [name for name in ("pressure_a", "pressure_b") if f"{joint}.{name}" in log.signals]
-        level = log.p[C.GRAVITY] == 0.0 or not arm
-        driven = kind == ELECTRIC or (kind == HYDRAULIC and len(pressures) == 2) or (kind == IMPOSED and "pressure_a" in pressures)
-        if driven and level and log.p[j + J.GAP] == 0.0:
+        if not _obstacle(log, joint):
             yield "force balance", joint, force
         if kind == HYDRAULIC:
             for name in pressures:
                 yield "chamber flow balance", f"{joint}.{name}", "m^3/s"
     if arm and "tip.deflection" in log.signals and log.p[C.GRAVITY] == 0.0:
         yield "link bending", "link", "N" if log.p[C.BENDING_STIFFNESS] > 0.0 else "m"
+
+
+def _obstacle(log: _Log, joint: str) -> str:
+    """Why the force balance of a joint cannot be formed; empty when it can."""
+    j = J_START + log.slots[joint] * J_STRIDE
+    kind = log.p[j + J.KIND]
+    needed = {HYDRAULIC: ("pressure_a", "pressure_b"), IMPOSED: ("pressure_a",)}.get(kind, ())
+    lacking = [f"{joint}.{name}" for name in needed if f"{joint}.{name}" not in log.signals]
+    if lacking:
+        return f"the drive's force is not known without {' and '.join(lacking)}"
+    if log.p[C.ARM] > 0.0 and log.p[C.GRAVITY] != 0.0:
+        return "the arm is tilted"
+    return "backlash lies between the drive and the load" if log.p[j + J.GAP] != 0.0 else ""
 
 
 def _shortest(log: _Log, equation: str, where: str, unit: str) -> Balance | None:
@@ -122,13 +144,15 @@ def _shortest(log: _Log, equation: str, where: str, unit: str) -> Balance | None
 
 
 def _force(log: _Log, joint: str, test: Bump, starts: NDArray[np.int64]) -> tuple[Sum, Array]:
-    """drive force − friction − gravity − d/dt momentum = 0, and where friction is determined at all (the joint slides)."""
+    """drive force − friction + table − gravity − d/dt momentum = 0, and where friction is determined at all (the joint slides)."""
     slot, p = log.slots[joint], log.p
     j = J_START + slot * J_STRIDE
     done, name, rows = Sum(len(starts)), f"{joint}.position", test.rows
     _drive(log, joint, j, done, test, starts)
     rubbing, moving = _friction(log, joint, j, starts, rows)
     done.add(-1.0, test.value, rubbing)
+    if p[j + J.TABLE_KNOTS] > 0.0:
+        done.add(1.0, test.value, supports(_tabulated(log, joint, j), starts, rows))
     if p[C.ARM] > 0.0:
         _arm_inertia(log, slot, done, test, starts)
     else:
@@ -172,6 +196,15 @@ def _friction(log: _Log, joint: str, j: int, starts: NDArray[np.int64], rows: in
     force = slope * v + level * np.tanh(2 * v / fade)
     slides = supports((np.abs(v) > fade) | (level == 0.0), starts, rows).mean(axis=1) > 0.8
     return supports(force, starts, rows), np.asarray(slides)
+
+
+def _tabulated(log: _Log, joint: str, j: int) -> Array:
+    """Force of the joint's table (`unnamed_remainder`) at every row."""
+    v, x, u = log.velocity[joint], log.signals[f"{joint}.position"], log.commands_V[joint]
+    late = round(log.p[j + J.DELAY] / log.period_s)
+    u = np.concatenate([np.full(late, u[0]), u[: len(u) - late]])
+    a, b = (log.signals.get(f"{joint}.{name}", np.zeros_like(v)) for name in ("pressure_a", "pressure_b"))
+    return np.array([table_force(v[k], x[k], u[k], a[k] - b[k], log.p, j) for k in range(len(v))])
 
 
 def _flow(log: _Log, where: str, test: Bump, starts: NDArray[np.int64]) -> tuple[Sum, Array]:

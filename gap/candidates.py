@@ -46,6 +46,8 @@ def candidates(rig: Rig, channels: frozenset[str]) -> list[Candidate]:
     found = []
     for section in EFFECT_SECTIONS:
         name = effect_name(section)
+        if name not in SHAPES:
+            continue  # unnamed_remainder: no physics, so nothing to find
         for where, kind in _places(section, plant, rig, channels):
             possible = name not in _EXCEEDS or (_EXCEEDS[name], where) in present
             if possible and (name, where) not in present:

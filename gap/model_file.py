@@ -30,7 +30,7 @@ def improved(text: str, model: Model, steps: Sequence[Step], widths: Mapping[str
         if free.prior:
             text = _with_value(text, free, float(value))
     for step, remark in zip(steps, remarks, strict=True):
-        text = _with_effect(text, effect_line(model, step, widths, remark))
+        text = with_effect_line(text, effect_line(model, step, widths, remark))
     return text
 
 
@@ -57,7 +57,7 @@ def written(value: float) -> str:
     return f"{float(value):.6g}"
 
 
-def _with_effect(text: str, line: str) -> str:
+def with_effect_line(text: str, line: str) -> str:
     """The line after the last entry of plant.effects; the list is made when there is none."""
     tree = parse(text, "rig.yaml")
     plant = entry(tree.root, "plant")

@@ -67,7 +67,7 @@ def start_step(x: Vector, p: Vector, w: Vector, begin: float, share: float, peri
             continue
         command = delayed_command(x, slot, begin - p[j + J.DELAY] / period_s, share)
         wanted, x[H.PLAY + slot] = spool_command(command, x[H.PLAY + slot], p, j, x[H.OIL])
-        w[slot * W_STRIDE + W.WANTED] = wanted
+        w[slot * W_STRIDE + W.WANTED], w[slot * W_STRIDE + W.COMMAND] = wanted, command
         if p[j + J.VALVE_TIME] == 0.0:
             reach = p[j + J.SLEW_RATE] * share * period_s
             x[s + D.SPOOL] += min(max(wanted - x[s + D.SPOOL], -reach), reach)

@@ -124,6 +124,24 @@ class J(IntEnum):
     SENSOR_ON_ACTUATOR = 50
     UNBALANCE = 51
     NULL_ADJUSTMENT = 52  # mechanical, by hand: no effect, and added to NULL_BIAS
+    TABLE_KNOTS = 53  # of a force without a name, 2 to 8; 0: there is none
+    TABLE_INPUT = 54  # 1: velocity, 2: position, 3: command, 4: pressure difference
+    TABLE_AT_0 = 55  # knots, increasing
+    TABLE_AT_1 = 56
+    TABLE_AT_2 = 57
+    TABLE_AT_3 = 58
+    TABLE_AT_4 = 59
+    TABLE_AT_5 = 60
+    TABLE_AT_6 = 61
+    TABLE_AT_7 = 62
+    TABLE_FORCE_0 = 63
+    TABLE_FORCE_1 = 64
+    TABLE_FORCE_2 = 65
+    TABLE_FORCE_3 = 66
+    TABLE_FORCE_4 = 67
+    TABLE_FORCE_5 = 68
+    TABLE_FORCE_6 = 69
+    TABLE_FORCE_7 = 70
 
 
 class S(IntEnum):

@@ -73,8 +73,9 @@ class Parameters:
         given = entry.model_dump(by_alias=True)
         for write in REGISTRY[entry.effect].writes:
             at = self.offset(write.index, entry.where)
-            value = write.convert(given[write.parameter])
-            self.values[at] = self.values[at] + value if write.added else value
+            value = np.atleast_1d(write.convert(given[write.parameter]))
+            part = slice(at, at + value.size)
+            self.values[part] = self.values[part] + value if write.added else value
 
     def _write_plant(self, plant: Plant, rig: Rig) -> None:
         self._put(C.STEP, plant.step_s)

@@ -10,6 +10,7 @@ from sim_backend.friction import drive_force, friction, stop_force
 from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, J, Vector, X
 from sim_backend.link import flexible_accelerations, rigid_accelerations
 from sim_backend.supply import LINE_RATE, supply_rates, valve_return, valve_supply
+from sim_backend.table import table_force
 from sim_backend.valve import beyond_overlap, land_flow, openings, spool_rates
 from sim_backend.work import LINK_DAMPING, RETURN_AT_VALVE, SHAPE_ACCELERATION, SUPPLY_AT_VALVE, W_STRIDE, W
 
@@ -97,13 +98,15 @@ def joint_force(y: Vector, d: Vector, slot: int, p: Vector, w: Vector, moves: fl
         force = p[j + J.FORCE_GAIN] * beyond_overlap(y[s + D.SPOOL], p[j + J.OVERLAP])
     rubbing, d[s + D.BRISTLE] = friction(velocity, y[s + D.BRISTLE], difference, w[k + W.COULOMB], w[k + W.VISCOUS], p, j, step_s)
     d[s + D.POSITION] = moves * load_v
-    stop = stop_force(load, load_v, p, j)
+    outside = stop_force(load, load_v, p, j)
+    if p[j + J.TABLE_KNOTS] > 0.0:
+        outside += table_force(load_v, load, w[k + W.COMMAND], difference, p, j)
     if not backlash:
-        return force - rubbing + stop, p[j + J.EXTRA_MASS], taken
+        return force - rubbing + outside, p[j + J.EXTRA_MASS], taken
     drive = drive_force(position - load, velocity - load_v, p, j)
     d[s + D.ACTUATOR_POSITION] = moves * velocity
     d[s + D.ACTUATOR_VELOCITY] = (force - rubbing - drive) / p[j + J.ACTUATOR_MASS]
-    return drive + stop, p[j + J.EXTRA_MASS] - p[j + J.ACTUATOR_MASS], taken
+    return drive + outside, p[j + J.EXTRA_MASS] - p[j + J.ACTUATOR_MASS], taken
 
 
 @compiled

@@ -24,6 +24,7 @@ class W(IntEnum):
     INVERSE_B = 11
     VALVE_RATE = 12  # 1 / time constant of the spool
     IMPOSED_ACCELERATION = 13  # of a joint whose motion is imposed
+    COMMAND = 14  # V, as it reaches the valve or drive, constant over a step
 
 
 W_STRIDE = len(W)

@@ -12,7 +12,7 @@ from config.effect_entry import EffectEntry
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """One parameter of an effect → one entry of the parameter vector.
+    """One parameter of an effect → one entry of the parameter vector, or of a list as many as it has, from `index` on.
 
     `added`: on top of the base plant's value instead of in its place; `convert`: from the file's value to the vector's.
     """
@@ -20,7 +20,7 @@ class Write:
     parameter: str
     index: IntEnum  # C for the whole plant, J at a joint, S at a sensor
     added: bool = False
-    convert: Callable[[Any], float] = float
+    convert: Callable[[Any], float | tuple[float, ...]] = float
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +29,6 @@ class Effect:
 
     entry: type[EffectEntry]
     writes: tuple[Write, ...]
-    neutral: Mapping[str, float]  # parameters (by their name in the file) whose value makes the effect vanish
+    neutral: Mapping[str, float]  # parameters (by their name in the file) whose value (of a list: each) makes the effect vanish
     fingerprint: str  # what it looks like in a log, one sentence
     look_alikes: Mapping[str, str]  # effect with similar traces → what separates the two

@@ -29,6 +29,7 @@ from sim_backend.effects import (
     stiction,
     supply_droop,
     transport_delay,
+    unnamed_remainder,
     valve_deadband,
     valve_flow_asymmetry,
     valve_hysteresis,
@@ -71,4 +72,5 @@ REGISTRY: Mapping[str, Effect] = {
     "sensor_offset": sensor_offset.EFFECT,
     "sensor_polarity": sensor_polarity.EFFECT,
     "sensor_quantization": sensor_quantization.EFFECT,
+    "unnamed_remainder": unnamed_remainder.EFFECT,
 }

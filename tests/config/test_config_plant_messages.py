@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from small_rig import changed
 
+from config.check_plant import check_plant
 from config.errors import ConfigError
 from config.load import apply_overrides, rig_from_text
 
@@ -74,3 +75,54 @@ def test_effects_can_be_overridden_by_number() -> None:
     plant = rig_from_text(apply_overrides(AXIS, ["plant.effects.0.friction=25 N"])).plant
     assert plant is not None
     assert plant.effects[0].model_dump()["friction"] == 25.0
+
+
+ENTRY = "effect: coulomb_friction, where: axis, friction: 20 N"
+TABLE = "effect: unnamed_remainder, where: axis, "
+
+
+@pytest.mark.parametrize(
+    ("table", "text"),
+    [
+        (
+            "position: [0 m, 1 m], force: [1 N]",
+            "x.yaml:35:7: plant.effects[0]: position has 2 knots and force 1 values: give one force a knot",
+        ),
+        ("position: [0 m], force: [1 N]", "x.yaml:35:7: plant.effects[0]: position has 1 entries; a table has 2 to 8 knots"),
+        (
+            "command: [0, 1, 2, 3, 4, 5, 6, 7, 8], force: [0, 0, 0, 0, 0, 0, 0, 0, 0]",
+            "x.yaml:35:7: plant.effects[0]: command has 9 entries; a table has 2 to 8 knots",
+        ),
+        (
+            "velocity: [0.1 m/s, 0.1 m/s], force: [1 N, 2 N]",
+            "x.yaml:35:58: plant.effects[0].velocity: knot 1 is 0.1 after 0.1; knots must increase: sort them, each with its force",
+        ),
+        ("position: [0 m, 1 m], velocity: [0, 1], force: [1, 2]", "there is velocity, position: keep one list of knots"),
+        ("force: [1, 2]", "the force stands over exactly one of velocity, position, command, pressure_difference; there is none of them"),
+        (
+            "position: [0 m, 1 m], force: [1 N*m, 2 N*m]",
+            "plant.effects[0].force: wrong kind of unit: ['1 N*m', '2 N*m']. Write it in N or ",
+        ),
+        ("position: [0 m, .inf], force: [1, 2]", "plant.effects[0].position: a finite number was expected: ['0 m', inf]"),
+        ("pressure_difference: [0, 1 bar], force: [1, 2]", "needs a hydraulic actuator there for a table over pressure_difference"),
+    ],
+)
+def test_a_table_that_is_none_is_refused(table: str, text: str) -> None:
+    found = message(ENTRY, TABLE + table)
+    assert found.startswith("x.yaml:3")
+    assert text in found
+    assert "\n" not in found
+
+
+def test_a_table_at_no_joint_is_told_as_that() -> None:
+    table = "effect: unnamed_remainder, where: sensor:axis.position, position: [0 m, 1 m], force: [1 N, 2 N]"
+    assert "x.yaml:35:42: plant.effects[0].where: this effect belongs at a joint" in message(ENTRY, table)
+
+
+@pytest.mark.parametrize(
+    ("force", "drives"), [("[9 N, -9 N]", False), ("[9 N, 0.05 N]", False), ("[9 N, 2 N]", True), ("[-1 N, 1 N]", True)]
+)
+def test_a_table_that_pushes_along_is_warned_about(force: str, drives: bool) -> None:
+    rig = rig_from_text(AXIS.replace(ENTRY, f"{TABLE}velocity: [-0.1 m/s, 0.1 m/s], force: {force}"))
+    warned = [f for f in check_plant(rig) if f.level == "warning" and "unnamed_remainder at axis pushes along" in f.text]
+    assert bool(warned) == drives

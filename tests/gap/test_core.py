@@ -15,7 +15,7 @@ from gap.evaluation import evaluate, mean_cost
 from gap.initial_states import Projection, marginalised
 from gap.measured import load
 from gap.model import Model, with_values
-from gap.model_file import _with_effect
+from gap.model_file import with_effect_line
 from gap.noise import correlation_time, local_variances
 from gap.nuisance import PRIOR_SD, nuisances, tag_of
 from gap.shapes import SHAPES
@@ -86,7 +86,14 @@ def test_prior_follows_the_tag() -> None:
 
 
 def test_every_effect_has_a_shape_and_every_shape_an_effect() -> None:
-    assert set(SHAPES) == set(REGISTRY)
+    assert set(SHAPES) == set(REGISTRY) - {"unnamed_remainder"}  # no physics: never searched, never found
+
+
+def test_a_remainder_without_a_name_is_no_candidate_and_no_constant() -> None:
+    text = axis_logs.axis_text() + "    - {effect: unnamed_remainder, where: axis, position: [0 m, 0.2 m], force: [3 N, -3 N]}\n"
+    loaded = LoadedRig(rig_from_text(text), text, "axis.yaml")
+    assert not [c for c in candidates(axis_logs.axis_rig(), frozenset(CHANNELS)) if c.effect == "unnamed_remainder"]
+    assert not [free for free in nuisances(loaded, frozenset(CHANNELS)) if free.path[:2] == ("effects", 3)]
 
 
 def test_neutral_candidates_change_nothing(tmp_path: Path) -> None:
@@ -115,7 +122,7 @@ def test_with_values_reaches_every_depth() -> None:
 def test_an_added_effect_is_one_new_line(name: str) -> None:
     loaded = load_rig(name)
     joint = next(iter(loaded.rig.joints))
-    text = _with_effect(loaded.text, f"- {{effect: transport_delay, where: {joint}, delay: 3 ms}}  # [gap] test")
+    text = with_effect_line(loaded.text, f"- {{effect: transport_delay, where: {joint}, delay: 3 ms}}  # [gap] test")
     changed = rig_from_text(text)
     assert changed.plant is not None
     assert changed.plant.effects[-1].effect == "transport_delay"

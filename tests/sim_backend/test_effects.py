@@ -54,6 +54,10 @@ CASES: list[tuple[str, str, Content, str]] = [
     ("sensor_offset", SENSOR, {"offset": 0.01}, "raw"),
     ("sensor_polarity", SENSOR, {"sign": -1}, "raw"),
     ("sensor_quantization", SENSOR, {"step": 0.01}, "raw"),
+    ("unnamed_remainder", ROTARY, {"velocity": [-0.2, 0.0, 0.2], "force": [40, 0, -40]}, "rotary.position"),
+    ("unnamed_remainder", ROTARY, {"position": [-0.1, 0.1], "force": [30, -30]}, "rotary.position"),
+    ("unnamed_remainder", PRISMATIC, {"command": ["-3 V", "3 V"], "force": [200, -200]}, "prismatic.pressure_a"),
+    ("unnamed_remainder", PRISMATIC, {"pressure_difference": ["-10 bar", "10 bar"], "force": [200, -200]}, "prismatic.pressure_a"),
 ]
 IDS = [f"{name} at {where}" for name, where, _, _ in CASES]
 
@@ -76,14 +80,22 @@ def moved(sim: SimulatedRig) -> dict[str, np.ndarray]:
     return sim.run(np.column_stack([1.0 * np.sin(2 * np.pi * 2.3 * t), 3.0 * np.sin(2 * np.pi * 1.7 * t)]), 1e-3, sense=True)
 
 
+def neutral_values(name: str, values: Content) -> Content:
+    """The registry's, as a rig file has them: a sign is a whole number, a list is neutral in each of its entries."""
+    neutral: Content = {}
+    for key, value in REGISTRY[name].neutral.items():
+        several = isinstance(values.get(key), list)
+        neutral[key] = [value] * len(values[key]) if several else int(value) if name == "sensor_polarity" else value
+    return neutral
+
+
 @pytest.mark.parametrize(("name", "where", "values", "signal"), CASES, ids=IDS)
 def test_neutral_is_absent_and_the_rest_is_not(name: str, where: str, values: Content, signal: str) -> None:
     """Neutral value = no entry, bit for bit in every signal and the whole state; the case's values = a visible difference."""
     absent = SimulatedRig(ornl(warm, deleted(name, where)), seed=2)
     without_effect = moved(absent)
     entry = {"effect": name, "where": where, **values}
-    neutral_values = {key: int(value) if name == "sensor_polarity" else value for key, value in REGISTRY[name].neutral.items()}
-    neutral = SimulatedRig(ornl(warm, with_effects(entry | neutral_values)), seed=2)
+    neutral = SimulatedRig(ornl(warm, with_effects(entry | neutral_values(name, values))), seed=2)
     with_neutral = moved(neutral)
     for key, expected in without_effect.items():
         assert np.array_equal(with_neutral[key], expected, equal_nan=True), key
@@ -96,7 +108,7 @@ def test_neutral_is_absent_and_the_rest_is_not(name: str, where: str, values: Co
 def test_every_effect_of_the_design_has_a_case_and_a_registry_entry() -> None:
     names = {effect_name(section) for section in EFFECT_SECTIONS}
     assert set(REGISTRY) == names == {case[0] for case in CASES}
-    assert len(names) == 31
+    assert len(names) == 32
 
 
 @pytest.mark.parametrize("name", sorted(REGISTRY))
