@@ -14,6 +14,7 @@ from gap.evaluation import Evaluation, mean_cost
 from gap.findings import constants, document, finding, not_seen
 from gap.found import Found
 from gap.hold_out_sizes import on_hold_out
+from gap.kept_remainder import kept_remainder
 from gap.localise import localise
 from gap.measured import Measured
 from gap.model import Model
@@ -56,6 +57,7 @@ def concluded(
     rest_left = remainder(nominal, final, names, file_model(text).rig) if word.word != "data_problem" else None
     if rest_left and word.word == "unknown":
         word = replace(word, why=f"{word.why} {sentence(rest_left)}")
+    text, rest_left = _kept(text, state, rest_left, final, settings, tell)
     places = localise(nominal, names, state.first_screening, loaded.rig)
     _smallest(state, tell)
     parts = {
@@ -70,6 +72,16 @@ def concluded(
     found = [finding(state, step, lean, widths, word) for step in state.steps]
     content = document(word, places, found, parts, logs)
     return Found(loaded, names, state, nominal, final, half_width, word, places, problems, text, content)
+
+
+def _kept(
+    text: str, state: Search, rest: dict[str, Any] | None, final: Sequence[Evaluation], settings: Settings, tell: Tell
+) -> tuple[str, dict[str, Any] | None]:
+    """The file's text, with the remainder in it if it was asked for and is worth it, and the remainder with what became of it."""
+    if rest is None or not settings.keep_remainder:
+        return text, rest | {"kept": None} if rest else None
+    text, kept = kept_remainder(text, state, rest, final, tell)
+    return text, rest | {"kept": kept}
 
 
 def _smallest(state: Search, tell: Tell) -> None:

@@ -22,12 +22,13 @@ UNEVEN = 2.0  # standard deviations of the imbalance, root mean square, from whi
 _BLOCK = 10  # neighbouring supports that are predicted together
 
 
-def discrepancy(logs: Sequence[Measured], rig: Rig) -> dict[str, Any] | None:
-    """None where every equation that can be formed holds. Else `equation`, `unit`, `imbalance` (root mean square), `imbalance_z` (in
-    standard deviations) and `carried_by`: inputs with the share of the imbalance's variance and the curve (`at`, `value`) of each."""
-    found = _formed(logs, rig)
+def discrepancy(logs: Sequence[Measured], rig: Rig, equations: str = "", uneven: float = UNEVEN) -> dict[str, Any] | None:
+    """None where every equation that can be formed (of those that begin with `equations`) holds, to within `uneven`. Else `equation`,
+    `unit`, `imbalance` (root mean square), `imbalance_z` (in standard deviations) and `carried_by`: inputs with the share of the
+    imbalance's variance and the curve (`at`, `value`) of each."""
+    found = {key: parts for key, parts in _formed(logs, rig).items() if _title(key).startswith(equations)}
     worst = max(found, key=lambda key: _z(found[key]), default=None)
-    if worst is None or _z(found[worst]) < UNEVEN:
+    if worst is None or _z(found[worst]) < uneven:
         return None
     parts = found[worst]
     imbalance = np.concatenate([balance.residual for _, balance in parts])
@@ -38,14 +39,18 @@ def discrepancy(logs: Sequence[Measured], rig: Rig) -> dict[str, Any] | None:
     good = np.isfinite(imbalance) & np.all([np.isfinite(x) for x in inputs.values()], axis=0)
     blocks = np.arange(len(imbalance)) // _BLOCK
     curves = additive(imbalance[good], {name: x[good] for name, x in inputs.items()}, blocks[good])
-    equation, where = worst
     return {
-        "equation": f"{equation} of {where}",
+        "equation": _title(worst),
         "unit": parts[0][1].unit,
         "imbalance": short(float(np.sqrt(np.mean(imbalance[good] ** 2)))),
         "imbalance_z": round(_z(parts), 1),
         "carried_by": [_curve(c.name, c.share, c.at, c.value) for c in curves],
     }
+
+
+def _title(key: tuple[str, str]) -> str:
+    equation, where = key
+    return f"{equation} of {where}"
 
 
 def _formed(logs: Sequence[Measured], rig: Rig) -> Mapping[tuple[str, str], list[tuple[Measured, Balance]]]:

@@ -11,6 +11,7 @@ from typing import Any
 from config.load import rig_from_text
 from gap import plots
 from gap.found import Found
+from gap.kept_sentence import kept_sentence
 from gap.naming_record import how_often_right
 from gap.page import folded, page, paragraph, table
 from gap.remainder import sentence
@@ -91,13 +92,13 @@ def _shrink(found: Found) -> str:
 
 
 def _remainder(found: Found) -> str:
-    """What is left without a name; none of it is in the improved rig file."""
+    """What is left without a name, and whether the improved rig file has it."""
     rest = found.content["remainder"]
     if not rest:
         return ""
     equation = rest["discrepancy"]
     picture = plots.carried(equation) if equation and equation["carried_by"] else ""
-    return "<h2>What is left</h2>" + paragraph(f"{sentence(rest)} None of it is in the improved rig file.") + picture
+    return "<h2>What is left</h2>" + paragraph(f"{sentence(rest)} {kept_sentence(rest)}") + picture
 
 
 def _unseen(logs: Sequence[Unseen]) -> str:

@@ -11,6 +11,7 @@ from daemon.cli import gap_demo, gap_loop, gap_next, gap_study
 from daemon.cli.connection import add_json_option
 from daemon.cli.gap_next import advice
 from daemon.cli.progress import teller
+from gap.kept_sentence import kept_sentence
 
 
 def register(commands: Any) -> None:
@@ -41,6 +42,10 @@ def _register_find(verbs: Any) -> None:
         metavar="FILE",
         help="maneuver file, or run request (JSON), of the first hold-out: what the report runs again when a table does not say",
     )
+    parser.add_argument(
+        "--keep-remainder", action="store_true",
+        help="put what is left without a name into rig.yaml as a table of forces (unnamed_remainder), if the hold-out falls with it",
+    )  # fmt: skip
     add_json_option(parser)
     parser.set_defaults(run_command=_find)
 
@@ -50,7 +55,7 @@ def _find(arguments: argparse.Namespace) -> int:
     from gap.settings import Settings
 
     tell = teller(False)
-    settings = Settings(window_s=arguments.window, request=arguments.request)
+    settings = Settings(window_s=arguments.window, request=arguments.request, keep_remainder=arguments.keep_remainder)
     found = find(arguments.rig, arguments.log, arguments.holdout, arguments.out, tell, settings, arguments.unused)
     print(json.dumps(found.content) if arguments.json else summary(found.content, arguments.out))
     return 0
@@ -70,6 +75,8 @@ def summary(content: dict[str, Any], out: Path) -> str:
     lines.append(
         f"hold-out: {gap['holdout_before']:.4g} → {gap['holdout_refit']:.4g} (constants) → {gap['holdout_after']:.4g} noise floors"
     )
+    if content["remainder"] and content["remainder"]["kept"]:
+        lines.append(kept_sentence(content["remainder"]))
     lines += [f"never used: {x['file']}: {x['before']:.4g} → {x['after']:.4g} noise floors" for x in content["unused_logs"]]
     if content["next_maneuver"]:
         lines.append(advice(content["next_maneuver"]))
