@@ -69,6 +69,15 @@ def test_a_true_force_balance_comes_out_even() -> None:
     assert found.z < 0.1
 
 
+def test_a_table_of_forces_takes_part_in_the_balance() -> None:
+    """A spring of 300 N/m about 0.1 m beside the friction, in the motion and as a table in the file."""
+    columns = moved(20.0)
+    columns["axis.command_V"] = columns["axis.command_V"] + held(300.0 * (columns["axis.position"] - 0.1)) / 35.1507
+    assert np.max(np.abs(force_balance(axis(VISCOUS, COULOMB), columns).residual)) > 10.0
+    table = "    - {effect: unnamed_remainder, where: axis, position: [0.04 m, 0.16 m], force: [18 N, -18 N]}\n"
+    assert np.max(np.abs(force_balance(axis(VISCOUS, COULOMB, table), columns).residual)) < 0.1
+
+
 def test_its_noise_is_what_the_sensor_makes_of_it() -> None:
     found = force_balance(axis(VISCOUS), moved(0.0, 2e-6), 2e-6)
     assert np.std(found.residual) < 1.1 * np.median(found.sd)
