@@ -1,7 +1,7 @@
 """What the improved model still lacks, in the equation where it lacks it: a smooth discrepancy over the operating variables.
 
 Of every balance equation that the hold-out allows to be formed, the one that comes out even least with the improved rig file; its
-imbalance (a force, a flow) is described by splines. It says where to look for physics that has no name yet and enters no rig file.
+imbalance (a force, a flow) is described by splines. It says where to look for physics that has no name yet and enters no rig file unasked.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 """What the named effects leave over: how much, in which channel, in which equation, and which input carries it. Nothing of it enters
-the model."""
+the model, unless it is to be kept (gap.kept_remainder)."""
 
 from __future__ import annotations
 
