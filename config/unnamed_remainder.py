@@ -1,6 +1,6 @@
-"""The entry `unnamed_remainder`: a force on a joint as a table over one variable, where nobody knows the physics. No physics itself.
+"""The entry `unnamed_remainder`: a force on a joint (or friction) as a table over one variable, where nobody knows the physics.
 
-Between knots the force runs straight, outside of them it stays as at the nearest one.
+No physics itself. Between knots the force runs straight, outside of them it stays as at the nearest one.
 """
 
 from __future__ import annotations
@@ -21,14 +21,17 @@ INPUTS = ("velocity", "position", "command", "pressure_difference")
 
 class UnnamedRemainder(JointEntry):
     """A force (torque) on the joint that no effect accounts for, over exactly one of velocity, position, command and pressure
-    difference; `longreach gap find --keep-remainder` writes it."""
+    difference; or friction over position. `longreach gap find --keep-remainder` writes it."""
 
     effect: Literal["unnamed_remainder"]
     velocity: tuple[float, ...] = quantity_by_place(VELOCITY, "knots: velocity of the joint, increasing", ())
     position: tuple[float, ...] = quantity_by_place(LENGTH, "knots: position of the joint, increasing", ())
     command_V: tuple[float, ...] = quantity("V", "knots: command as it reaches the valve or drive, increasing", ())
     pressure_difference_Pa: tuple[float, ...] = quantity("Pa", "knots: pressure in chamber A minus B, increasing", ())
-    force: tuple[float, ...] = quantity_by_place(FORCE, "force on the joint at each knot, in its positive direction; 2 to 8 of them")
+    force: tuple[float, ...] = quantity_by_place(FORCE, "force on the joint at each knot, in its positive direction; 2 to 8 of them", ())
+    friction: tuple[float, ...] = quantity_by_place(
+        FORCE, "instead of force, over position only: sliding friction beyond that of the other effects, never less than none in all", ()
+    )
 
     @field_validator("velocity", "position", "command_V", "pressure_difference_Pa")
     @classmethod
@@ -46,8 +49,13 @@ class UnnamedRemainder(JointEntry):
             raise ValueError(f"the force stands over exactly one of {', '.join(INPUTS)}; there is {found}: keep one list of knots")
         if not LEAST_KNOTS <= len(self.knots) <= MOST_KNOTS:
             raise ValueError(f"{given[0]} has {len(self.knots)} entries; a table has {LEAST_KNOTS} to {MOST_KNOTS} knots")
-        if len(self.force) != len(self.knots):
-            raise ValueError(f"{given[0]} has {len(self.knots)} knots and force {len(self.force)} values: give one force a knot")
+        if bool(self.force) == bool(self.friction):
+            raise ValueError(f"{'both' if self.force else 'neither'} of force and friction: a table needs one of them")
+        if len(self.values) != len(self.knots):
+            word = "force" if self.force else "friction"
+            raise ValueError(f"{given[0]} has {len(self.knots)} knots and {word} {len(self.values)} values: give one {word} a knot")
+        if self.friction and not self.position:
+            raise ValueError(f"friction stands over position, not over {given[0]}: give it as a force, or give the positions")
         return self
 
     @property
@@ -59,6 +67,11 @@ class UnnamedRemainder(JointEntry):
     def knots(self) -> tuple[float, ...]:
         """Where the force is given, in SI."""
         return self.velocity or self.position or self.command_V or self.pressure_difference_Pa
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Force or friction at each knot."""
+        return self.force or self.friction
 
     @property
     def drives(self) -> bool:

@@ -48,11 +48,22 @@ def additive(y: Array, inputs: Mapping[str, Array], blocks: NDArray[np.int64]) -
             break
         x, basis = open_.pop(name), bases[name]
         weights = _fitted(basis.columns(x), left)
-        levels = np.unique(x)
-        at = levels if len(levels) <= _LEVELS else np.quantile(x, np.linspace(0.02, 0.98, _SHOWN))
-        found.append(Curve(name, shares[name], at, basis.columns(at) @ weights))
+        found.append(_curve(name, shares[name], x, basis, weights))
         left = left - basis.columns(x) @ weights
     return found
+
+
+def alone(y: Array, name: str, x: Array, blocks: NDArray[np.int64]) -> Curve:
+    """What one input carries of y by itself, the mean included."""
+    basis = _Basis(x)
+    columns = basis.columns(x)
+    return _curve(name, _share(columns, y, blocks), x, basis, _fitted(columns, y))
+
+
+def _curve(name: str, share: float, x: Array, basis: _Basis, weights: Array) -> Curve:
+    levels = np.unique(x)
+    at = levels if len(levels) <= _LEVELS else np.quantile(x, np.linspace(0.02, 0.98, _SHOWN))
+    return Curve(name, share, at, basis.columns(at) @ weights)
 
 
 class _Basis:

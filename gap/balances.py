@@ -151,7 +151,7 @@ def _force(log: _Log, joint: str, test: Bump, starts: NDArray[np.int64]) -> tupl
     _drive(log, joint, j, done, test, starts)
     rubbing, moving = _friction(log, joint, j, starts, rows)
     done.add(-1.0, test.value, rubbing)
-    if p[j + J.TABLE_KNOTS] > 0.0:
+    if p[j + J.TABLE_KNOTS] > 0.0 and p[j + J.TABLE_RUBS] == 0.0:
         done.add(1.0, test.value, supports(_tabulated(log, joint, j), starts, rows))
     if p[C.ARM] > 0.0:
         _arm_inertia(log, slot, done, test, starts)
@@ -190,7 +190,10 @@ def _friction(log: _Log, joint: str, j: int, starts: NDArray[np.int64], rows: in
     """Friction of steady sliding, and the supports in which the joint slides for most of the time (at rest it takes what it must)."""
     p, v = log.p, log.velocity[joint]
     a, b = (log.signals.get(f"{joint}.{name}", np.zeros_like(v)) for name in ("pressure_a", "pressure_b"))
-    level = np.array([sliding_level(v[k], a[k] - b[k], p[j + J.COULOMB], p, j) for k in range(len(v))])
+    coulomb = np.full(len(v), p[j + J.COULOMB])
+    if p[j + J.TABLE_RUBS] > 0.0 and p[j + J.TABLE_KNOTS] > 0.0:
+        coulomb = coulomb + _tabulated(log, joint, j)
+    level = np.array([sliding_level(v[k], a[k] - b[k], coulomb[k], p, j) for k in range(len(v))])
     fade = p[j + J.BRISTLE_FADE]
     slope = p[j + J.VISCOUS] + 0.5 * p[j + J.VISCOUS_DIFFERENCE] * np.sign(v)
     force = slope * v + level * np.tanh(2 * v / fade)
@@ -199,7 +202,7 @@ def _friction(log: _Log, joint: str, j: int, starts: NDArray[np.int64], rows: in
 
 
 def _tabulated(log: _Log, joint: str, j: int) -> Array:
-    """Force of the joint's table (`unnamed_remainder`) at every row."""
+    """What the joint's table (`unnamed_remainder`) says at every row."""
     v, x, u = log.velocity[joint], log.signals[f"{joint}.position"], log.commands_V[joint]
     late = round(log.p[j + J.DELAY] / log.period_s)
     u = np.concatenate([np.full(late, u[0]), u[: len(u) - late]])

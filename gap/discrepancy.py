@@ -10,22 +10,24 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from config.rig import Rig
-from gap.additive import additive
+from gap.additive import LEAST_SHARE, MOST, Curve, additive, alone
 from gap.balances import Balance, balances
 from gap.dependence import operating_variables, short
 from gap.measured import Array, Measured
 from gap.noise import noise_floors
 
 UNEVEN = 2.0  # standard deviations of the imbalance, root mean square, from which there is something to describe
+RUBBING = "friction over "  # how an input is called that carries the imbalance times the direction of motion
 _BLOCK = 10  # neighbouring supports that are predicted together
 
 
 def discrepancy(logs: Sequence[Measured], rig: Rig, equations: str = "", uneven: float = UNEVEN) -> dict[str, Any] | None:
     """None where every equation that can be formed (of those that begin with `equations`) holds, to within `uneven`. Else `equation`,
     `unit`, `imbalance` (root mean square), `imbalance_z` (in standard deviations) and `carried_by`: inputs with the share of the
-    imbalance's variance and the curve (`at`, `value`) of each."""
+    imbalance's variance and the curve (`at`, `value`) of each; an input "friction over J.position" is the imbalance against the motion."""
     found = {key: parts for key, parts in _formed(logs, rig).items() if _title(key).startswith(equations)}
     worst = max(found, key=lambda key: _z(found[key]), default=None)
     if worst is None or _z(found[worst]) < uneven:
@@ -38,7 +40,10 @@ def discrepancy(logs: Sequence[Measured], rig: Rig, equations: str = "", uneven:
     inputs |= {f"sign of {name}": np.sign(x) for name, x in inputs.items() if name.endswith(".velocity")}
     good = np.isfinite(imbalance) & np.all([np.isfinite(x) for x in inputs.values()], axis=0)
     blocks = np.arange(len(imbalance)) // _BLOCK
-    curves = additive(imbalance[good], {name: x[good] for name, x in inputs.items()}, blocks[good])
+    known = {name: x[good] for name, x in inputs.items()}
+    curves = additive(imbalance[good], known, blocks[good])
+    if worst[0] == "force balance":
+        curves = _with_friction(curves, imbalance[good], worst[1], known, blocks[good])
     return {
         "equation": _title(worst),
         "unit": parts[0][1].unit,
@@ -46,6 +51,16 @@ def discrepancy(logs: Sequence[Measured], rig: Rig, equations: str = "", uneven:
         "imbalance_z": round(_z(parts), 1),
         "carried_by": [_curve(c.name, c.share, c.at, c.value) for c in curves],
     }
+
+
+def _with_friction(
+    curves: list[Curve], imbalance: Array, joint: str, inputs: Mapping[str, Array], blocks: NDArray[np.int64]
+) -> list[Curve]:
+    """Before them friction that changes with the position, a function of two variables, where it carries more than any input alone."""
+    turned = (imbalance - imbalance.mean()) * np.sign(inputs[f"{joint}.velocity"])
+    rubbing = alone(turned, f"{RUBBING}{joint}.position", inputs[f"{joint}.position"], blocks)
+    beaten = max((curve.share for curve in curves), default=LEAST_SHARE)
+    return [rubbing, *curves[: MOST - 1]] if rubbing.share > beaten else curves
 
 
 def _title(key: tuple[str, str]) -> str:

@@ -39,7 +39,7 @@ def kept_remainder(text: str, state: Search, rest: dict[str, Any], final: Sequen
     why = _hindrance(located, found, choices, logs, rig)
     if why:
         return text, _not_kept(why, tell)
-    tell(f"fitting the unnamed remainder over {', '.join(table.variable for table in choices)}")
+    tell(f"fitting the unnamed remainder over {', '.join(f'{table.variable} ({table.acts})' for table in choices)}")
     done = [(_fitted(text, state, table), table) for table in choices]
     best, table = min(done, key=lambda pair: pair[0].cost)
     return _judged(text, state, best, table, final, tell)
@@ -78,16 +78,20 @@ def _judged(text: str, state: Search, best: Fit, table: Table, final: Sequence[E
     numbers = {"holdout_before": before, "holdout_after": reached, "t": round(t, 2)}
     if not (before - reached >= LEAST_DROP and t > LEAST_T):
         change = f"from {before:.4g} to {reached:.4g} noise floors (t {t:.1f})"
-        return text, _not_kept(f"with a table over {table.variable} the hold-out goes {change}: no clear fall", tell) | numbers
+        return text, _not_kept(
+            f"with a table of {table.acts} over {table.variable} the hold-out goes {change}: no clear fall", tell
+        ) | numbers
     units = UNITS[table.motion]
-    remark = f"unnamed remainder, not physics: seen over {table.seen_over}; hold-out {before:.4g} to {reached:.4g} noise floors"
+    remark = (
+        f"unnamed remainder, not physics: {table.acts} seen over {table.seen_over}; hold-out {before:.4g} to {reached:.4g} noise floors"
+    )
     tell(f"kept an {remark}")
     content = {
         "kept": True,
         "effect": "unnamed_remainder",
         "where": table.joint,
         "variable": {"name": table.variable, "at": [float(f"{at:.6g}") for at in table.knots], "unit": units[table.variable]},
-        "force": {"value": [float(f"{value:.6g}") for value in best.model.theta], "unit": units["force"]},
+        table.acts: {"value": [float(f"{value:.6g}") for value in best.model.theta], "unit": units["force"]},
         "drives": table.entry(best.model.theta).drives,
     }
     return with_effect_line(text, table.line(best.model.theta, remark)), content | numbers

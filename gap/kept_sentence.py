@@ -16,5 +16,5 @@ def kept_sentence(rest: dict[str, Any]) -> str:
     span = f"{over['name']} from {over['at'][0]:.4g} to {over['at'][-1]:.4g} {over['unit']}"
     fall = f"the hold-out falls from {kept['holdout_before']:.4g} to {kept['holdout_after']:.4g} noise floors"
     warned = " It pushes along with the motion at some velocity." if kept["drives"] else ""
-    entry = f"unnamed_remainder at {kept['where']}, a table over {span} and no physics"
+    entry = f"unnamed_remainder at {kept['where']}, a table of {'friction' if 'friction' in kept else 'force'} over {span} and no physics"
     return f"Part of it is in the improved rig file as {entry}: {fall}.{warned}"

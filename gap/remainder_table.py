@@ -11,6 +11,7 @@ import numpy as np
 from config.rig import Rig
 from config.section import yaml_key
 from config.unnamed_remainder import MOST_KNOTS, UnnamedRemainder
+from gap.discrepancy import RUBBING
 from gap.measured import Array
 from gap.model import Free
 from gap.model_file import written
@@ -33,25 +34,26 @@ class Table:
     variable: str  # a key of UNITS
     knots: Array
     force: Array
+    acts: str = "force"  # or "friction": then it is against the motion
 
     def entry(self, force: Array) -> UnnamedRemainder:
         """As an entry of plant.effects."""
         place = {"effect": "unnamed_remainder", "where": self.joint, "quantity_kind": self.motion}
-        return UnnamedRemainder.model_validate(place | {self.variable: list(self.knots), "force": list(force)})
+        return UnnamedRemainder.model_validate(place | {self.variable: list(self.knots), self.acts: list(force)})
 
     def free(self, rig: Rig) -> tuple[Free, ...]:
         """The forces as free numbers. What the balance says of them is their prior, as sure as they are large: it holds a knot that the
         fitted windows hardly reach."""
         sd, unit = max(float(np.max(np.abs(self.force))), 1e-9), UNITS[self.motion]["force"]
         most = max(_sizes(rig, self.joint).force, sd)
-        return tuple(Free(("force", k), f"force[{k}]", unit, float(f), sd, -most, most, True) for k, f in enumerate(self.force))
+        return tuple(Free((self.acts, k), f"{self.acts}[{k}]", unit, float(f), sd, -most, most, True) for k, f in enumerate(self.force))
 
     def line(self, force: Array, remark: str) -> str:
         """The entry as a line of a rig file."""
         units = UNITS[self.motion]
         knots = ", ".join(f"{written(at)} {units[self.variable]}" for at in self.knots)
         forces = ", ".join(f"{written(value)} {units['force']}" for value in force)
-        inside = f"effect: unnamed_remainder, where: {self.joint}, {self.variable}: [{knots}], force: [{forces}]"
+        inside = f"effect: unnamed_remainder, where: {self.joint}, {self.variable}: [{knots}], {self.acts}: [{forces}]"
         return f"- {{{inside}}}  # [gap] {remark}"
 
     @property
@@ -70,16 +72,24 @@ def _tables(joint: str, curve: Mapping[str, Any], rig: Rig) -> Iterator[Table]:
     """The force that was missing is the imbalance with the other sign: it stood on the drive's side."""
     motion, name = rig.joints[joint].motion, str(curve["input"])
     force = -np.array(curve["value"])
+    if name == f"{RUBBING}{joint}.position":
+        yield from _over(joint, motion, "position", curve, -force, "friction")
+        return
     if name == f"sign of {joint}.velocity":
         yield _jump(joint, motion, force, rig)
         return
     inputs = {f"{joint}.velocity", f"{joint}.command_V", f"{joint}.position", f"pressure difference at {joint}"}
     if name in inputs:
         word = "pressure_difference" if name.startswith("pressure") else yaml_key(name.removeprefix(f"{joint}."))
-        at = np.array(curve["at"])
-        knots = _apart(np.interp(np.linspace(0, len(at) - 1, min(len(at), MOST_KNOTS)), np.arange(len(at)), at))
-        if len(knots) > 1:
-            yield Table(joint, motion, word, knots, np.interp(knots, at, force))
+        yield from _over(joint, motion, word, curve, force, "force")
+
+
+def _over(joint: str, motion: str, word: str, curve: Mapping[str, Any], values: Array, acts: str) -> Iterator[Table]:
+    """As many knots of the curve as a table may have; none of a curve that is a point."""
+    at = np.array(curve["at"])
+    knots = _apart(np.interp(np.linspace(0, len(at) - 1, min(len(at), MOST_KNOTS)), np.arange(len(at)), at))
+    if len(knots) > 1:
+        yield Table(joint, motion, word, knots, np.interp(knots, at, values), acts)
 
 
 def _apart(at: Array) -> Array:

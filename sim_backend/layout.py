@@ -142,6 +142,7 @@ class J(IntEnum):
     TABLE_FORCE_5 = 68
     TABLE_FORCE_6 = 69
     TABLE_FORCE_7 = 70
+    TABLE_RUBS = 71  # 1: the table adds to the friction while sliding
 
 
 class S(IntEnum):

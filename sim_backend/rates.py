@@ -96,11 +96,15 @@ def joint_force(y: Vector, d: Vector, slot: int, p: Vector, w: Vector, moves: fl
         difference = y[s + D.PRESSURE_A] - y[s + D.PRESSURE_B]
     else:
         force = p[j + J.FORCE_GAIN] * beyond_overlap(y[s + D.SPOOL], p[j + J.OVERLAP])
-    rubbing, d[s + D.BRISTLE] = friction(velocity, y[s + D.BRISTLE], difference, w[k + W.COULOMB], w[k + W.VISCOUS], p, j, step_s)
-    d[s + D.POSITION] = moves * load_v
-    outside = stop_force(load, load_v, p, j)
+    outside, coulomb = stop_force(load, load_v, p, j), w[k + W.COULOMB]
     if p[j + J.TABLE_KNOTS] > 0.0:
-        outside += table_force(load_v, load, w[k + W.COMMAND], difference, p, j)
+        unnamed = table_force(load_v, load, w[k + W.COMMAND], difference, p, j)
+        if p[j + J.TABLE_RUBS] > 0.0:
+            coulomb += unnamed
+        else:
+            outside += unnamed
+    rubbing, d[s + D.BRISTLE] = friction(velocity, y[s + D.BRISTLE], difference, coulomb, w[k + W.VISCOUS], p, j, step_s)
+    d[s + D.POSITION] = moves * load_v
     if not backlash:
         return force - rubbing + outside, p[j + J.EXTRA_MASS], taken
     drive = drive_force(position - load, velocity - load_v, p, j)

@@ -38,6 +38,15 @@ def cogging(position: float, velocity: float) -> float:
     return -30.0 * float(np.sin(2 * np.pi * position / 0.12))
 
 
+def rough_place(position: float, velocity: float) -> float:
+    """The file's 20.39 N of friction, and more about 0.13 m."""
+    return -(20.39 + rubbing(position)) * float(np.tanh(velocity / 1e-3))
+
+
+def rubbing(position: float) -> float:
+    return 30.0 * float(np.exp(-(((position - 0.13) / 0.02) ** 2)))
+
+
 def logged(seed: int, force: Force) -> axis_logs.Columns:
     """12 s of M x'' = gain u + offset − B x' + force, by small symplectic steps; 2 um of noise."""
     t = PERIOD_S * np.arange(12000)
@@ -52,10 +61,12 @@ def logged(seed: int, force: Force) -> axis_logs.Columns:
     return {"t_s": t, "axis.position": positions + 2e-6 * draw.normal(size=t.size), "axis.command_V": command}
 
 
-def opened(folder: Path, of_fit: Force, of_holdout: Force) -> tuple[Search, tuple[Evaluation, ...], dict[str, Any]]:
+def opened(
+    folder: Path, of_fit: Force, of_holdout: Force, text: str = MODEL, seeds: tuple[int, int] = (11, 12)
+) -> tuple[Search, tuple[Evaluation, ...], dict[str, Any]]:
     """A search before its first effect, the hold-out with the rig file as it is, and what that leaves."""
-    loaded = LoadedRig(rig_from_text(MODEL), MODEL, "axis.yaml")
-    paths = [axis_logs.write(folder / f"{k}.csv", logged(k, force)) for k, force in ((11, of_fit), (12, of_holdout))]
+    loaded = LoadedRig(rig_from_text(text), text, "axis.yaml")
+    paths = [axis_logs.write(folder / f"{k}.csv", logged(k, force)) for k, force in zip(seeds, (of_fit, of_holdout), strict=True)]
     fitted, held = ([load(path, loaded.rig)] for path in paths)
     names, experiments, holdouts = experiments_of(loaded, fitted, held, Settings(workers=1))
     free = nuisances(loaded, frozenset(names))
@@ -80,9 +91,22 @@ def test_a_force_that_has_no_name_is_kept_with_its_true_size(tmp_path: Path) -> 
     assert table.variable == "position"
     assert table.force == pytest.approx([cogging(x, 0.0) for x in table.knots], abs=1.5)
     (line,) = set(text.splitlines()) - set(MODEL.splitlines())
-    assert "[gap] unnamed remainder, not physics: seen over axis.position" in line
+    assert "[gap] unnamed remainder, not physics: force seen over axis.position" in line
     assert "noise floors" in line
     assert "no physics: the hold-out falls from" in kept_sentence({"kept": kept})
+
+
+def test_friction_that_changes_with_the_position_is_kept_as_friction(tmp_path: Path) -> None:
+    model = axis_logs.axis_text()
+    state, nominal, rest = opened(tmp_path, rough_place, rough_place, model, (16, 14))
+    text, kept = kept_remainder(model, state, rest, nominal, lambda line: None)
+    assert kept["holdout_after"] < 0.2 * kept["holdout_before"]
+    plant = rig_from_text(text).plant
+    assert plant is not None
+    table = plant.effects[-1]
+    assert isinstance(table, UnnamedRemainder)
+    assert table.friction == pytest.approx([rubbing(x) for x in table.position], abs=8.0)
+    assert "a table of friction over position" in kept_sentence({"kept": kept})
 
 
 def test_what_the_holdout_does_not_have_is_not_kept(tmp_path: Path) -> None:
@@ -150,7 +174,7 @@ def test_the_whole_search_keeps_it_when_asked(tmp_path: Path, capsys: pytest.Cap
     fit, hold = (str(axis_logs.write(tmp_path / f"{k}.csv", logged(k, cogging))) for k in (11, 12))
     options = ["--rig", str(model), "--log", fit, "--holdout", hold, "--out", str(tmp_path / "out")]
     assert main(["gap", "find", *options, "--keep-remainder"]) == 0
-    assert "unnamed_remainder at axis, a table over position" in capsys.readouterr().out
+    assert "unnamed_remainder at axis, a table of force over position" in capsys.readouterr().out
     content = json.loads((tmp_path / "out" / "findings.json").read_text())
     assert content["verdict"] == "unknown"
     assert not any(finding["confirmed"] for finding in content["findings"])

@@ -78,6 +78,11 @@ def test_a_table_of_forces_takes_part_in_the_balance() -> None:
     assert np.max(np.abs(force_balance(axis(VISCOUS, COULOMB, table), columns).residual)) < 0.1
 
 
+def test_a_table_of_friction_takes_part_too() -> None:
+    table = "    - {effect: unnamed_remainder, where: axis, position: [0.04 m, 0.16 m], friction: [20 N, 20 N]}\n"
+    assert np.max(np.abs(force_balance(axis(VISCOUS, table), moved(20.0)).residual)) < 0.1
+
+
 def test_its_noise_is_what_the_sensor_makes_of_it() -> None:
     found = force_balance(axis(VISCOUS), moved(0.0, 2e-6), 2e-6)
     assert np.std(found.residual) < 1.1 * np.median(found.sd)

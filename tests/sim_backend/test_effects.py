@@ -56,6 +56,7 @@ CASES: list[tuple[str, str, Content, str]] = [
     ("sensor_quantization", SENSOR, {"step": 0.01}, "raw"),
     ("unnamed_remainder", ROTARY, {"velocity": [-0.2, 0.0, 0.2], "force": [40, 0, -40]}, "rotary.position"),
     ("unnamed_remainder", ROTARY, {"position": [-0.1, 0.1], "force": [30, -30]}, "rotary.position"),
+    ("unnamed_remainder", PRISMATIC, {"position": [0.9, 1.1], "friction": [0, 900]}, "prismatic.pressure_a"),
     ("unnamed_remainder", PRISMATIC, {"command": ["-3 V", "3 V"], "force": [200, -200]}, "prismatic.pressure_a"),
     ("unnamed_remainder", PRISMATIC, {"pressure_difference": ["-10 bar", "10 bar"], "force": [200, -200]}, "prismatic.pressure_a"),
 ]
@@ -84,6 +85,8 @@ def neutral_values(name: str, values: Content) -> Content:
     """The registry's, as a rig file has them: a sign is a whole number, a list is neutral in each of its entries."""
     neutral: Content = {}
     for key, value in REGISTRY[name].neutral.items():
+        if key not in values:
+            continue  # one of two ways to write it
         several = isinstance(values.get(key), list)
         neutral[key] = [value] * len(values[key]) if several else int(value) if name == "sensor_polarity" else value
     return neutral

@@ -82,3 +82,26 @@ def test_a_braking_table_only_takes_energy() -> None:
     v = run(axis(velocity=[-0.05, 0.0, 0.05], force=[20.0, 0.0, -20.0]), 0.0, 2.0, 0.1, 0.08)["axis.velocity"]
     assert np.all(np.diff(np.abs(v)) <= 0.0)
     assert abs(v[-1]) < 0.002
+
+
+def test_friction_over_position_takes_what_stands_under_the_table() -> None:
+    """½ M v² lost between two positions = area under the friction, whatever the direction; Coulomb's 5 N of the file beside it."""
+    knots, friction = [0.05, 0.1, 0.15], [0.0, 40.0, 10.0]
+    entry: Content = {"effect": "unnamed_remainder", "where": "axis", "position": knots, "friction": friction}
+    coulomb: Content = {"effect": "coulomb_friction", "where": "axis", "friction": 5.0}
+    sim = SimulatedRig(variant("force_axis", ideal, with_effects(entry, coulomb)))
+    for start, velocity in ((0.02, 0.4), (0.2, -0.4)):
+        done = run(sim, 0.0, 0.4, start, velocity)
+        x, v = done["axis.position"], done["axis.velocity"]
+        first = np.argmax(np.abs(x - start) > 0.01)  # the bristles are bent by then
+        fine = np.linspace(x[first], x[-1], 200001)
+        work_J = abs(np.trapezoid(5.0 + np.interp(fine, knots, friction), fine))
+        assert 0.5 * MASS_KG * (v[first] ** 2 - v[-1] ** 2) == pytest.approx(work_J, rel=2e-3)
+
+
+def test_friction_is_never_less_than_none() -> None:
+    """−30 N beside Coulomb's 5 N: the axis keeps its speed."""
+    entry: Content = {"effect": "unnamed_remainder", "where": "axis", "position": [0.0, 0.2], "friction": [-30.0, -30.0]}
+    coulomb: Content = {"effect": "coulomb_friction", "where": "axis", "friction": 5.0}
+    v = run(SimulatedRig(variant("force_axis", ideal, with_effects(entry, coulomb))), 0.0, 0.3, 0.05, 0.1)["axis.velocity"]
+    assert v == pytest.approx(0.1, rel=1e-12)
