@@ -44,7 +44,7 @@ def _register_find(verbs: Any) -> None:
     )
     parser.add_argument(
         "--keep-remainder", action="store_true",
-        help="put what is left without a name into rig.yaml as a table of forces or friction (unnamed_remainder), if the hold-out falls with it",
+        help="put what has no name into rig.yaml as a table of forces or friction (unnamed_remainder), if the hold-out falls with it",
     )  # fmt: skip
     add_json_option(parser)
     parser.set_defaults(run_command=_find)
