@@ -17,7 +17,7 @@ from config.load import LoadedRig, load_rig, rig_from_text
 from daemon.cli.gap_demo import without
 from daemon.lockstep import run_lockstep
 from gap.find import find
-from gap.settings import Settings
+from gap.search.settings import Settings
 
 WANTED_S, WANTED_GIB = 60.0, 2.0
 MOVES = (

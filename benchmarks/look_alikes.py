@@ -18,8 +18,8 @@ from typing import Any
 
 from config.load import LoadedRig, load_rig, rig_from_text
 from daemon.cli.gap_loop import runner
-from gap.designs import Design
 from gap.loop import Course, resolve
+from gap.maneuvers.designs import Design
 
 # The hidden effect as an entry of plant.effects (None: the rig file's own entry is taken out of the model) and the first two maneuvers.
 _SLOW = {"start": {"axis": "0.125 m"}, "joint": "axis", "cycles": 2}

@@ -7,27 +7,27 @@ from dataclasses import replace
 from typing import Any
 
 from config.load import LoadedRig
-from gap.candidates import candidates
-from gap.data_check import DataProblem
-from gap.doubt import next_of
-from gap.evaluation import Evaluation, mean_cost
-from gap.findings import constants, document, finding, not_seen
-from gap.found import Found
-from gap.hold_out_sizes import on_hold_out
-from gap.kept_remainder import kept_remainder
-from gap.localise import localise
-from gap.measured import Measured
-from gap.model import Model
-from gap.remainder import remainder, sentence
-from gap.screen import screen_sizes
-from gap.search_state import Search
-from gap.settings import Settings
-from gap.steadiness import in_words, steadiness, unsteady
-from gap.temperatures import warmings
-from gap.verdict import Verdict, channel_rms, confidence, verdict
-from gap.visible import checked
-from gap.weak_names import weighed
-from gap.written import again, changed, file_model, leanest, text_of, widths_of
+from gap.data.data_check import DataProblem
+from gap.data.measured import Measured
+from gap.fitting.evaluation import Evaluation, mean_cost
+from gap.fitting.model import Model
+from gap.fitting.temperatures import warmings
+from gap.maneuvers.doubt import next_of
+from gap.report.findings import constants, document, finding, not_seen
+from gap.report.found import Found
+from gap.report.kept_remainder import kept_remainder
+from gap.report.localise import localise
+from gap.report.remainder import remainder, sentence
+from gap.report.steadiness import in_words, steadiness, unsteady
+from gap.report.written import again, changed, file_model, leanest, text_of, widths_of
+from gap.search.candidates import candidates
+from gap.search.hold_out_sizes import on_hold_out
+from gap.search.screen import screen_sizes
+from gap.search.search_state import Search
+from gap.search.settings import Settings
+from gap.search.verdict import Verdict, channel_rms, confidence, verdict
+from gap.search.visible import checked
+from gap.search.weak_names import weighed
 
 Tell = Callable[[str], None]
 

@@ -22,20 +22,20 @@ import numpy as np
 from config.errors import LogError, PlantError
 from config.load import LoadedRig, load_rig
 from gap.conclusion import concluded
-from gap.data_check import DataProblem, check, refuse_pairing, same_maneuver
-from gap.evaluation import Evaluation
-from gap.findings import as_text
-from gap.found import Found
-from gap.last_look import last_look
-from gap.measured import Measured, load
-from gap.model import Model
-from gap.model_check import against_model
-from gap.nuisance import nuisances
-from gap.opening import experiments_of, started
-from gap.report import write_report
-from gap.settings import Settings
-from gap.unseen import unseen
-from gap.within_priors import search_within_priors
+from gap.data.data_check import DataProblem, check, refuse_pairing, same_maneuver
+from gap.data.measured import Measured, load
+from gap.fitting.evaluation import Evaluation
+from gap.fitting.model import Model
+from gap.fitting.model_check import against_model
+from gap.fitting.nuisance import nuisances
+from gap.report.findings import as_text
+from gap.report.found import Found
+from gap.report.report import write_report
+from gap.report.unseen import unseen
+from gap.search.last_look import last_look
+from gap.search.opening import experiments_of, started
+from gap.search.settings import Settings
+from gap.search.within_priors import search_within_priors
 from tuning.record_file import write_whole
 
 DEFAULTS = Settings()

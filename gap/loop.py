@@ -13,10 +13,10 @@ from typing import Any
 
 from config.errors import LongreachError, ManeuverError
 from config.rig import Rig
-from gap.closed_loop import planned
-from gap.designs import Design, designs
 from gap.find import find
-from gap.settings import Settings
+from gap.maneuvers.closed_loop import planned
+from gap.maneuvers.designs import Design, designs
+from gap.search.settings import Settings
 
 MOST_ROUNDS = 4
 FIRST = ("paper_line", "joint_steps")  # what is run when there are no logs yet: one to fit, one to decide

@@ -11,7 +11,7 @@ from daemon.cli import gap_demo, gap_loop, gap_next, gap_study
 from daemon.cli.connection import add_json_option
 from daemon.cli.gap_next import advice
 from daemon.cli.progress import teller
-from gap.kept_sentence import kept_sentence
+from gap.report.kept_sentence import kept_sentence
 
 
 def register(commands: Any) -> None:
@@ -52,7 +52,7 @@ def _register_find(verbs: Any) -> None:
 
 def _find(arguments: argparse.Namespace) -> int:
     from gap.find import find  # slow to import; the other commands do without
-    from gap.settings import Settings
+    from gap.search.settings import Settings
 
     tell = teller(False)
     settings = Settings(window_s=arguments.window, request=arguments.request, keep_remainder=arguments.keep_remainder)

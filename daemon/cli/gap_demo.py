@@ -38,7 +38,7 @@ def _demo(arguments: argparse.Namespace) -> int:
 def run_demo(seed: int, out: Path, tell: Callable[[str], None], as_json: bool) -> int:
     """Hide, log, find, compare. Exit 0 when the hidden effect is named or in the set, 1 when not."""
     from gap.find import find  # slow to import; the other commands do without
-    from gap.picture import write_picture
+    from gap.report.picture import write_picture
 
     out.mkdir(parents=True, exist_ok=True)
     whole = load_rig("ornl_testbed")

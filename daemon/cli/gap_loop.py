@@ -16,8 +16,8 @@ from daemon.cli.progress import teller
 from daemon.lockstep import run_lockstep
 
 if TYPE_CHECKING:
-    from gap.designs import Design
     from gap.loop import Course, Round
+    from gap.maneuvers.designs import Design
 
 
 def register(verbs: Any) -> None:

@@ -14,7 +14,7 @@ from daemon.cli.connection import add_json_option
 from daemon.cli.progress import teller
 
 if TYPE_CHECKING:
-    from gap.separation import Rival
+    from gap.maneuvers.separation import Rival
 
 
 def register(verbs: Any) -> None:
@@ -32,7 +32,7 @@ def register(verbs: Any) -> None:
 
 
 def _next(arguments: argparse.Namespace) -> int:
-    from gap.next_maneuver import next_maneuver  # slow to import; the other commands do without
+    from gap.maneuvers.next_maneuver import next_maneuver  # slow to import; the other commands do without
 
     loaded = load_rig(arguments.rig)
     content = json.loads(arguments.findings.read_text()) if arguments.findings else {}
@@ -70,7 +70,7 @@ def _word(value: Any) -> str:
 
 def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dict[str, Any], path: str) -> list[Rival]:
     """From --between, else the finding in doubt and what it is hard to tell from."""
-    from gap.rivals import MOST_RIVALS, no_effect, rival_of
+    from gap.maneuvers.rivals import MOST_RIVALS, no_effect, rival_of
 
     if between:
         return _given(loaded, between)
@@ -92,9 +92,9 @@ def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dic
 
 def _given(loaded: LoadedRig, between: Sequence[str]) -> list[Rival]:
     """The effects named, each made as like the first as it can be."""
-    from gap.designs import designs
-    from gap.matching import matched
-    from gap.rivals import no_effect, rival_of
+    from gap.maneuvers.designs import designs
+    from gap.maneuvers.matching import matched
+    from gap.maneuvers.rivals import no_effect, rival_of
 
     if len(between) < 2:
         raise ConfigError("one explanation cannot be told from itself", value=between[0], where="--between", next_step="Give two or more.")

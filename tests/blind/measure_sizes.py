@@ -23,15 +23,15 @@ from blind.truth.effects import EFFECTS
 from blind.truth.friction import BRISTLE, RIGID, SLIP
 from blind.truth.session import Setting, record
 from config.load import load_rig
-from gap.candidates import candidates
+from gap.data.measured import load
 from gap.executor import each, executor
 from gap.find import search_gap
-from gap.freed import Probe, Remover
-from gap.hold_out_sizes import Judge
-from gap.measured import load
-from gap.search_state import Search
-from gap.select import least_t
-from gap.settings import Settings
+from gap.search.candidates import candidates
+from gap.search.freed import Probe, Remover
+from gap.search.hold_out_sizes import Judge
+from gap.search.search_state import Search
+from gap.search.select import least_t
+from gap.search.settings import Settings
 
 DEVELOPMENT_SEED = 900_100
 OF_OWN = 1.0  # ten times that is ten times as much as the rig has

@@ -1,4 +1,4 @@
-"""gap/naming_record.yaml, from which every gap report says how often a name was right: single effects, by effect and size."""
+"""gap/report/naming_record.yaml, from which every gap report says how often a name was right: single effects, by effect and size."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from blind.score import Score, right
-from gap.naming_record import RECORD
+from gap.report.naming_record import RECORD
 
 
 def write_record(scores: Sequence[Score], digest: str, path: Path = RECORD) -> None:

@@ -24,7 +24,7 @@ from blind.truth.session import record
 from config.errors import LongreachError
 from config.load import load_rig
 from gap.find import find
-from gap.settings import Settings
+from gap.search.settings import Settings
 
 CHAMBER = "resolution: 0.7 psi, noise: 7.5 psi, bandwidth: 500 Hz, low: 0 psi, high: 3000 psi"
 

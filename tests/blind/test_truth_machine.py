@@ -14,7 +14,7 @@ from blind.truth.nominal import jittered, machine, nominal
 from blind.truth.plant import PRESSURE, Q, W, advance, at_rest
 from blind.truth.session import Hidden, Setting, numbers_of, record
 from config.load import load_rig
-from gap.measured import load
+from gap.data.measured import load
 
 pytestmark = pytest.mark.slow  # numba compiles the whole machine
 RIG = load_rig("ornl_testbed").rig

@@ -12,7 +12,7 @@ from config.errors import ConfigError
 from config.load import LoadedRig, load_rig, rig_from_text
 from control.signals import Mode
 from daemon.lockstep import LockstepRig, run_lockstep
-from gap.measured import load
+from gap.data.measured import load
 from recording.export import export_csv
 from recording.layout import CycleLayout
 from recording.reader import Log, read_log

@@ -9,16 +9,16 @@ import axis_logs
 import numpy as np
 
 from config.load import LoadedRig
-from gap.candidates import Candidate, candidates
-from gap.evaluation import evaluate
-from gap.fit import Fit, unfitted
-from gap.measured import load
-from gap.model import Model
-from gap.nuisance import nuisances
-from gap.opening import experiments_of, started
-from gap.search_state import Search, Step
-from gap.settings import Settings
-from gap.trial import Trial
+from gap.data.measured import load
+from gap.fitting.evaluation import evaluate
+from gap.fitting.fit import Fit, unfitted
+from gap.fitting.model import Model
+from gap.fitting.nuisance import nuisances
+from gap.search.candidates import Candidate, candidates
+from gap.search.opening import experiments_of, started
+from gap.search.search_state import Search, Step
+from gap.search.settings import Settings
+from gap.search.trial import Trial
 
 MODEL = axis_logs.axis_text("coulomb_friction")
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from gap.find import find
-from gap.settings import Settings
+from gap.search.settings import Settings
 from recording.ingest import ingest
 
 DATA = Path(__file__).parents[3] / "shared" / "data"

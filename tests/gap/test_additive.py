@@ -8,10 +8,10 @@ import axis_logs
 import numpy as np
 import pytest
 
-from gap.additive import additive
-from gap.discrepancy import discrepancy
-from gap.measured import load
-from gap.remainder import sentence
+from gap.balance.additive import additive
+from gap.balance.discrepancy import discrepancy
+from gap.data.measured import load
+from gap.report.remainder import sentence
 
 ROWS = 3000
 BLOCKS = np.arange(ROWS) // 30

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from config.errors import EXIT_UNUSABLE_DATA, LogError
-from gap.data_check import check
+from gap.data.data_check import check
+from gap.data.measured import load
 from gap.find import find
-from gap.measured import load
 
 Columns = axis_logs.Columns
 

@@ -12,8 +12,8 @@ import pytest
 from config.errors import LogError
 from config.load import load_rig, rig_from_text
 from config.rig import Rig
-from gap.data_check import DataProblem, check, refuse_pairing
-from gap.measured import Measured, load, on_grid
+from gap.data.data_check import DataProblem, check, refuse_pairing
+from gap.data.measured import Measured, load, on_grid
 from sim_backend.plant import SimulatedRig
 
 Columns = axis_logs.Columns

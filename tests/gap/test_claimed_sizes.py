@@ -9,9 +9,9 @@ import axis_logs
 import pytest
 
 from config.load import LoadedRig, rig_from_text
+from gap.data.measured import load
 from gap.find import search_gap
-from gap.measured import load
-from gap.settings import Settings
+from gap.search.settings import Settings
 
 pytestmark = pytest.mark.slow
 TEXT = axis_logs.axis_text()

@@ -12,9 +12,9 @@ import yaml
 from config.load import LoadedRig, rig_from_text
 from config.maneuver import maneuver_from_content
 from daemon.lockstep import run_lockstep
-from gap.designs import Design
-from gap.logged_run import FollowedReference
-from gap.replay import JointReplay, replays
+from gap.data.logged_run import FollowedReference
+from gap.maneuvers.designs import Design
+from gap.report.replay import JointReplay, replays
 from recording.reader import read_log
 
 AT = {"start": {"axis": "0.125 m"}, "joint": "axis"}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap.compare import paired_t, separation_t
+from gap.fitting.compare import paired_t, separation_t
 
 
 def log(costs: np.ndarray) -> Any:

@@ -10,17 +10,17 @@ import pytest
 
 from config.load import LoadedRig, load_rig, rig_from_text
 from config.yaml_tree import parse
-from gap.candidates import candidates
-from gap.evaluation import evaluate, mean_cost
-from gap.initial_states import Projection, marginalised
-from gap.measured import load
-from gap.model import Model, with_values
-from gap.model_file import with_effect_line
-from gap.noise import correlation_time, local_variances
-from gap.nuisance import PRIOR_SD, nuisances, tag_of
-from gap.shapes import SHAPES
-from gap.simulate import residual, simulate
-from gap.windows import prepare
+from gap.data.measured import load
+from gap.data.noise import correlation_time, local_variances
+from gap.data.windows import prepare
+from gap.fitting.evaluation import evaluate, mean_cost
+from gap.fitting.initial_states import Projection, marginalised
+from gap.fitting.model import Model, with_values
+from gap.fitting.nuisance import PRIOR_SD, nuisances, tag_of
+from gap.fitting.simulate import residual, simulate
+from gap.report.model_file import with_effect_line
+from gap.search.candidates import candidates
+from gap.search.shapes import SHAPES
 from sim_backend.effects.registry import REGISTRY
 
 CHANNELS = ["axis.position"]

@@ -10,18 +10,18 @@ import pytest
 from finished_search import quiet
 
 from config.load import LoadedRig, rig_from_text
-from gap.candidates import candidates
-from gap.compare import paired_t
-from gap.hold_out_sizes import on_hold_out
-from gap.measured import load
-from gap.model import Model
-from gap.nuisance import nuisances
-from gap.opening import experiments_of, started
-from gap.screen import Screening, screen_sizes
-from gap.search_state import Search
-from gap.select import least_t
-from gap.settings import Settings
-from gap.visible import checked
+from gap.data.measured import load
+from gap.fitting.compare import paired_t
+from gap.fitting.model import Model
+from gap.fitting.nuisance import nuisances
+from gap.search.candidates import candidates
+from gap.search.hold_out_sizes import on_hold_out
+from gap.search.opening import experiments_of, started
+from gap.search.screen import Screening, screen_sizes
+from gap.search.search_state import Search
+from gap.search.select import least_t
+from gap.search.settings import Settings
+from gap.search.visible import checked
 
 TEXT = axis_logs.axis_text()
 HIDDEN = "asymmetric_friction"

@@ -7,10 +7,10 @@ import testbed_logs
 
 from config.load import load_rig, rig_from_text
 from config.rig import Rig
-from gap.evaluation import Evaluation, evaluate, judged, mean_cost
-from gap.initial_states import Projection, forms_of_friction, start_states
-from gap.model import Model
-from gap.windows import Experiment
+from gap.data.windows import Experiment
+from gap.fitting.evaluation import Evaluation, evaluate, judged, mean_cost
+from gap.fitting.initial_states import Projection, forms_of_friction, start_states
+from gap.fitting.model import Model
 from sim_backend.layout import H, J
 
 TEXT = load_rig("ornl_testbed").text

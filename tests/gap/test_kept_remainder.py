@@ -15,17 +15,17 @@ import pytest
 from config.load import LoadedRig, load_rig, rig_from_text
 from config.unnamed_remainder import UnnamedRemainder
 from daemon.cli.main import main
-from gap.evaluation import Evaluation
-from gap.kept_remainder import kept_remainder
-from gap.kept_sentence import kept_sentence
-from gap.measured import load, on_grid
-from gap.model import Model
-from gap.nuisance import nuisances
-from gap.opening import experiments_of, started
-from gap.remainder import remainder
-from gap.remainder_table import tables
-from gap.search_state import Search
-from gap.settings import Settings
+from gap.data.measured import load, on_grid
+from gap.fitting.evaluation import Evaluation
+from gap.fitting.model import Model
+from gap.fitting.nuisance import nuisances
+from gap.report.kept_remainder import kept_remainder
+from gap.report.kept_sentence import kept_sentence
+from gap.report.remainder import remainder
+from gap.report.remainder_table import tables
+from gap.search.opening import experiments_of, started
+from gap.search.search_state import Search
+from gap.search.settings import Settings
 
 PERIOD_S, CUTS = 1e-3, 10
 MASS_KG, GAIN_N_PER_V, DAMPING, OFFSET_N = 95.1089, 35.1507, 203.5, -0.00899 * 351.507

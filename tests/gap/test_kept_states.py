@@ -7,12 +7,12 @@ import pytest
 import testbed_logs
 
 from config.load import load_rig, rig_from_text
-from gap.evaluation import Costing, evaluate
-from gap.fit import Fit
-from gap.model import Model
-from gap.simulate import kept, remembering, simulate, some
-from gap.thinned import thinned
-from gap.windows import Experiment
+from gap.data.windows import Experiment
+from gap.fitting.evaluation import Costing, evaluate
+from gap.fitting.fit import Fit
+from gap.fitting.model import Model
+from gap.fitting.simulate import kept, remembering, simulate, some
+from gap.fitting.thinned import thinned
 from sim_backend.layout import J_START, J_STRIDE, H, J, Vector
 
 RIG = load_rig("ornl_testbed").rig

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from finished_search import finished, quiet
 
-from gap.last_look import last_look
-from gap.search_state import Search
+from gap.search.last_look import last_look
+from gap.search.search_state import Search
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ from benchmarks.look_alikes import AXIS, run_case
 from config.errors import DaemonError
 from config.load import load_rig
 from gap import loop
-from gap.designs import Design
 from gap.loop import Course, Round, first_designs, resolve
+from gap.maneuvers.designs import Design
 
 ASKED = {"name": "staircase", "parameters": {"steps": 3}, "repeats": 1, "sensor": None, "why": "expected t 9", "separates": ["a", "b"]}
 

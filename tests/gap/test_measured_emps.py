@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import detrend
 
 from gap.find import find
-from gap.settings import Settings
+from gap.search.settings import Settings
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from config.load import load_rig
-from gap.measured import bridged, on_grid
+from gap.data.measured import bridged, on_grid
 
 PERIOD_S = 0.01
 

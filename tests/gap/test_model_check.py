@@ -10,15 +10,15 @@ import pytest
 
 from config.load import load_rig, rig_from_text
 from config.rig import Rig
-from gap.channel_check import DataProblem
-from gap.evaluation import evaluate
+from gap.data.channel_check import DataProblem
+from gap.data.measured import on_grid
+from gap.data.noise import noise_floors
+from gap.data.windows import prepare
 from gap.find import search_gap
-from gap.measured import on_grid
-from gap.model import Model
-from gap.model_check import against_model
-from gap.noise import noise_floors
-from gap.settings import Settings
-from gap.windows import prepare
+from gap.fitting.evaluation import evaluate
+from gap.fitting.model import Model
+from gap.fitting.model_check import against_model
+from gap.search.settings import Settings
 from sim_backend.plant import SimulatedRig
 
 Columns = dict[str, np.ndarray]

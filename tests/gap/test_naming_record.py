@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gap.naming_record import Tally, how_often_right, tallies
+from gap.report.naming_record import Tally, how_often_right, tallies
 
 RECORD = (
     "cases:\n  - {effect: coulomb_friction, multiple: 3, right: 5, cases: 6}\n  - {effect: backlash, multiple: 3, right: 1, cases: 2}\n"

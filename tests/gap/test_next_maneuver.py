@@ -12,14 +12,14 @@ from config.errors import LongreachError
 from config.load import LoadedRig, load_rig
 from config.shipped import shipped
 from daemon.cli.gap_next import advice
-from gap.closed_loop import planned
-from gap.designs import Design, designs
-from gap.extra_sensor import ExtraSensor, extra_sensors, with_sensors
-from gap.matching import matched
-from gap.next_maneuver import _Course, next_maneuver
-from gap.proposal import LEAST_T, Pair, Proposal
-from gap.rivals import no_effect, rival_of
-from gap.separation import Rival, Separation, compare
+from gap.maneuvers.closed_loop import planned
+from gap.maneuvers.designs import Design, designs
+from gap.maneuvers.extra_sensor import ExtraSensor, extra_sensors, with_sensors
+from gap.maneuvers.matching import matched
+from gap.maneuvers.next_maneuver import _Course, next_maneuver
+from gap.maneuvers.proposal import LEAST_T, Pair, Proposal
+from gap.maneuvers.rivals import no_effect, rival_of
+from gap.maneuvers.separation import Rival, Separation, compare
 from sim_backend.batch import quiet as quiet_sensors
 from sim_backend.layout import MAX_SENSORS
 from sim_backend.plant import SimulatedRig

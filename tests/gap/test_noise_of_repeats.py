@@ -8,8 +8,8 @@ import axis_logs
 import numpy as np
 import pytest
 
-from gap.measured import load
-from gap.noise import noise_floors
+from gap.data.measured import load
+from gap.data.noise import noise_floors
 
 
 def test_noise_of_long_memory_shows_between_repeats(tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap import remainder as subject
-from gap.remainder import remainder, sentence
+from gap.report import remainder as subject
+from gap.report.remainder import remainder, sentence
 
 WINDOWS, SAMPLES = 40, 70
 

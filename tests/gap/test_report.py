@@ -17,10 +17,10 @@ from config.check import check_rig
 from config.errors import LogError
 from config.load import LoadedRig, load_rig, rig_from_text
 from daemon.lockstep import run_lockstep
-from gap.designs import Design
 from gap.find import find
-from gap.picture import write_picture
-from gap.settings import Settings
+from gap.maneuvers.designs import Design
+from gap.report.picture import write_picture
+from gap.search.settings import Settings
 
 pytestmark = pytest.mark.slow
 TITLES = (

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from config.errors import LogError
-from gap.evaluation import evaluate, mean_cost
+from gap.data.measured import load
+from gap.data.windows import prepare
 from gap.find import find
-from gap.measured import load
-from gap.model import Model
-from gap.settings import Settings
-from gap.windows import prepare
+from gap.fitting.evaluation import evaluate, mean_cost
+from gap.fitting.model import Model
+from gap.search.settings import Settings
 
 SIGMA = {"axis.position": float(np.hypot(2e-6, 1e-6 / np.sqrt(12)))}
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gap.evaluation import Costing
-from gap.freed import Remover
-from gap.screen import Point
+from gap.fitting.evaluation import Costing
+from gap.search.freed import Remover
+from gap.search.screen import Point
 
 WINDOWS, VALUES, CONSTANTS, TAU = 4, 30, 5, 2.5
 

@@ -10,9 +10,9 @@ import pytest
 
 from config.load import LoadedRig, rig_from_text
 from config.rig import Rig
+from gap.data.measured import Measured, on_grid
 from gap.find import search_gap
-from gap.measured import Measured, on_grid
-from gap.settings import Settings
+from gap.search.settings import Settings
 from sim_backend.plant import SimulatedRig
 
 SENSOR = "    axis.second_position: {resolution: 1 um, noise: 2 um, low: -0.10 m, high: 0.35 m}\n"

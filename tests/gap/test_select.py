@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from scipy.stats import norm
 
-from gap.select import FALSE_ALARM, least_t, passes
+from gap.search.select import FALSE_ALARM, least_t, passes
 
 
 @pytest.mark.parametrize(

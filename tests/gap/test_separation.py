@@ -10,11 +10,11 @@ import pytest
 
 from config.errors import ManeuverError
 from config.load import LoadedRig, load_rig
-from gap.closed_loop import measured_on
-from gap.designs import Design, designs
-from gap.rivals import no_effect, rival_of
-from gap.sensitivity import projected, sensitivities
-from gap.separation import Comparison, compare
+from gap.fitting.sensitivity import projected, sensitivities
+from gap.maneuvers.closed_loop import measured_on
+from gap.maneuvers.designs import Design, designs
+from gap.maneuvers.rivals import no_effect, rival_of
+from gap.maneuvers.separation import Comparison, compare
 
 START = {"start": {"axis": "0.125 m"}, "joint": "axis"}
 TRIANGLE = Design("slow_triangle", {**START, "amplitude": "0.04 m", "rate": "0.08 m/s", "cycles": 2})

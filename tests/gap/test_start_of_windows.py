@@ -10,11 +10,11 @@ import pytest
 
 from config.load import rig_from_text
 from config.rig import Rig
-from gap.evaluation import evaluate
-from gap.local_motion import local_motion, rate_noise
-from gap.measured import load
-from gap.model import Model
-from gap.windows import prepare
+from gap.data.local_motion import local_motion, rate_noise
+from gap.data.measured import load
+from gap.data.windows import prepare
+from gap.fitting.evaluation import evaluate
+from gap.fitting.model import Model
 from sim_backend.plant import SimulatedRig
 
 NOISE = 2e-6

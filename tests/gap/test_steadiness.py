@@ -13,13 +13,13 @@ from scipy.stats import norm
 from test_verdict import searched
 
 from config.load import LoadedRig, rig_from_text
-from gap.evaluation import Costing, Evaluation
+from gap.data.measured import on_grid
 from gap.find import search_gap
-from gap.measured import on_grid
-from gap.model import Free
-from gap.settings import Settings
-from gap.steadiness import Steadiness, in_words, logs_by_themselves, unsteady
-from gap.verdict import verdict
+from gap.fitting.evaluation import Costing, Evaluation
+from gap.fitting.model import Free
+from gap.report.steadiness import Steadiness, in_words, logs_by_themselves, unsteady
+from gap.search.settings import Settings
+from gap.search.verdict import verdict
 
 WINDOWS, SAMPLES = 40, 60
 ONE = Free(("link", "payload_kg"), "plant.link.payload", "kg", 10.0, 0.5, 0.0, 100.0, True)

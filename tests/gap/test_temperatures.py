@@ -9,11 +9,11 @@ import pytest
 
 from config.load import load_rig, rig_from_text
 from config.rig import Rig
-from gap.measured import Measured, on_grid
-from gap.model import Model
-from gap.noise import noise_floors
-from gap.temperatures import Warming, warmings
-from gap.windows import prepare
+from gap.data.measured import Measured, on_grid
+from gap.data.noise import noise_floors
+from gap.data.windows import prepare
+from gap.fitting.model import Model
+from gap.fitting.temperatures import Warming, warmings
 from sim_backend.plant import SimulatedRig
 
 PERIOD_S = 0.005

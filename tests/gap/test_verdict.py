@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap.verdict import verdict
+from gap.search.verdict import verdict
 
 
 def of_log(name: str, cost: float) -> Any:

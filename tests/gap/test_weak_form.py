@@ -10,10 +10,10 @@ import pytest
 
 from config.load import load_rig, rig_from_text
 from config.rig import Rig
-from gap.balances import Balance, balances
-from gap.dependence import dependences
-from gap.measured import Measured, on_grid
-from gap.weak_form import bump
+from gap.balance.balances import Balance, balances
+from gap.balance.dependence import dependences
+from gap.balance.weak_form import bump
+from gap.data.measured import Measured, on_grid
 from sim_backend.plant import SimulatedRig
 
 PERIOD_S = 0.001

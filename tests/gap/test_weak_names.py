@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from finished_search import finished, quiet
 
-from gap.findings import finding
-from gap.model_file import width_key
-from gap.search_state import Search
-from gap.verdict import CLOSED, Verdict, confidence, verdict
-from gap.weak_names import weighed
+from gap.report.findings import finding
+from gap.report.model_file import width_key
+from gap.search.search_state import Search
+from gap.search.verdict import CLOSED, Verdict, confidence, verdict
+from gap.search.weak_names import weighed
 
 
 @pytest.fixture(scope="module")

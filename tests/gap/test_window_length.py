@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from config.load import load_rig
-from gap.measured import Measured, on_grid
-from gap.window_length import LONGEST_S, window_length_s
+from gap.data.measured import Measured, on_grid
+from gap.search.window_length import LONGEST_S, window_length_s
 
 
 def log(rig_name: str, joint: str, rms_V: float) -> Measured:

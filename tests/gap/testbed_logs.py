@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from config.rig import Rig
-from gap.measured import Array, on_grid
-from gap.noise import noise_floors
-from gap.windows import Experiment, prepare
+from gap.data.measured import Array, on_grid
+from gap.data.noise import noise_floors
+from gap.data.windows import Experiment, prepare
 from sim_backend.plant import SimulatedRig
 
 CHANNELS = ["rotary.position", "prismatic.position"]

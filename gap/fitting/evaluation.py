@@ -1,0 +1,107 @@
+"""What one model costs on one log: residuals in noise units, robust against single bad samples, initial states marginalised."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.data.measured import Array
+from gap.data.noise import correlation_time
+from gap.data.windows import Experiment
+from gap.fitting.initial_states import Projection, marginalised_readings
+from gap.fitting.model import Model
+from gap.fitting.simulate import residual, simulate
+
+NO_GAP = 1.05  # noise floors up to which there is nothing to explain
+HUBER = 6.0  # residuals beyond this many standard deviations (of noise, or of the first model's residual) count linearly
+
+
+@dataclass(frozen=True, slots=True)
+class Costing:
+    """How residuals count: Huber threshold of every channel, fixed by the first model so that costs compare, and correlation time."""
+
+    threshold: Array
+    tau: float
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """One model on one experiment: residual after marginalisation (windows × values+states), readings, and the cost of every window."""
+
+    experiment: Experiment
+    projection: Projection
+    readings: Array
+    left: Array
+    window_costs: Array  # mean-square of a window, in noise units; 1 is the noise floor
+    channel_costs: Array  # of every channel over the log
+
+
+def costing(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> Costing:
+    """From the residuals of the first model."""
+    channels = len(experiments[0].columns)
+    spread = np.ones(channels)
+    for k in range(channels):
+        seen = np.concatenate([_by_channel(e, left)[:, :, k].ravel() for e, left in zip(experiments, lefts, strict=True)])
+        seen = seen[np.isfinite(seen)]
+        spread[k] = max(1.0, 1.4826 * float(np.median(np.abs(seen)))) if seen.size else 1.0
+    return Costing(HUBER * spread, _correlation(experiments, lefts))
+
+
+def recounted(costs: Costing, now: Sequence[Evaluation]) -> Costing:
+    """The costing with the correlation time of another model's residual; costs stay comparable."""
+    return Costing(costs.threshold, _correlation([e.experiment for e in now], [e.left for e in now]))
+
+
+def _correlation(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> float:
+    shaped = [_by_channel(e, left) for e, left in zip(experiments, lefts, strict=True)]
+    return float(np.median([correlation_time(values[:, :, k]) for values in shaped for k in range(values.shape[2])]))
+
+
+def evaluate(experiment: Experiment, model: Model, costs: Costing | None, projection: Projection | None = None) -> Evaluation:
+    """Simulate a model on one log; the initial states are marginalised about this model unless a projection is given."""
+    if projection is None:
+        return judged(experiment, *marginalised_readings(experiment, model.vector()), costs)
+    return judged(experiment, simulate(experiment, [model.vector()])[0], projection, costs)
+
+
+def judged(experiment: Experiment, readings: Array, projection: Projection, costs: Costing | None) -> Evaluation:
+    """The evaluation of readings that are there already."""
+    left = projection.apply(residual(experiment, readings))
+    weighed = rho(experiment, left, costs)
+    values = experiment.measured[0].size
+    there = np.isfinite(experiment.measured)
+    data = np.where(there, weighed[:, :values].reshape(experiment.measured.shape), 0.0)
+    counts = np.maximum(there.sum(axis=(1, 2)), 1)
+    window_costs = (data.sum(axis=(1, 2)) + weighed[:, values:].sum(axis=1)) / counts
+    channel_costs = data.sum(axis=(0, 1)) / np.maximum(there.sum(axis=(0, 1)), 1)
+    return Evaluation(experiment, projection, readings, left, window_costs, channel_costs)
+
+
+def mean_cost(evaluations: Sequence[Evaluation]) -> float:
+    """J: 1 at the noise floor."""
+    return float(np.concatenate([e.window_costs for e in evaluations]).mean())
+
+
+def rho(experiment: Experiment, left: Array, costs: Costing | None) -> Array:
+    """Cost of every value: its square, or its line beyond the limit."""
+    if costs is None:
+        return left**2
+    limit = limits(experiment, left, costs)
+    size = np.abs(left)
+    return np.where(size <= limit, size**2, limit * (2 * size - limit))
+
+
+def limits(experiment: Experiment, left: Array, costs: Costing) -> Array:
+    """Residual of every value beyond which it counts linearly; infinite for initial states."""
+    values = experiment.measured[0].size
+    limit = np.full(left.shape[1], np.inf)
+    limit[:values] = np.tile(costs.threshold, values // costs.threshold.size)
+    return limit[None, :]
+
+
+def _by_channel(experiment: Experiment, left: Array) -> Array:
+    values = experiment.measured[0].size
+    shaped = left[:, :values].reshape(experiment.measured.shape)
+    return np.where(np.isfinite(experiment.measured), shaped, np.nan)

@@ -1,0 +1,240 @@
+"""Fits: Gauss-Newton with damping on [residual / noise ; priors], robust against single bad samples, in units of each number's scale.
+
+While the model is wrong the data are trusted less: residuals are weighted by 1/(τ max(1, J)), with τ their correlation time and J the
+cost, so that no constant is torn out of its prior by what a missing effect has left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.data.measured import Array
+from gap.data.windows import Experiment
+from gap.fitting.evaluation import NO_GAP, Costing, Evaluation, evaluate, judged, limits, mean_cost, recounted, rho
+from gap.fitting.initial_states import Projection
+from gap.fitting.model import Model
+from gap.fitting.sensitivity import projected, sensitivities
+from gap.fitting.simulate import remembering, simulate
+
+_DAMPINGS = (0.0, 0.1, 3.0)
+INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard deviation, below which its sensitivity is not renewed
+CARRIES = 0.05  # of the largest share in a step's effect, below which a constant's sensitivity is not renewed either
+MOST_RENEWALS = 2  # of the sensitivities in one fit: more are spent on models that are wrong anyhow
+HALF = 0.5  # of the promised gain; a step that gives less was made with stale sensitivities
+SETTLINGS = 3
+SAME_TAU = 0.7  # ratio of correlation times above which they are one
+CONVERGED = 1e-3  # a base that has not converged would sell its rest to the next candidate
+POLISHINGS, POLISH_STEPS = 4, 3
+LITTLE = 0.05  # of the rig file's excess over the floor
+ENDED = 0.1  # relative gain in excess over the floor below which polishing ends
+ENOUGH = 5e-3  # relative gain of a step below which a fit ends
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A fitted model, its evaluations on the fit logs, the sensitivities it was made with, and the objective reached.
+
+    `jacobian`: d readings / dφ per experiment, numbers × windows × samples × channels. `columns`: the same in noise units with the
+    initial states taken out, and brought along with the steps taken since.
+    """
+
+    model: Model
+    evaluations: tuple[Evaluation, ...]
+    jacobian: tuple[Array, ...]
+    columns: tuple[Array, ...]
+    objective: float
+
+    @property
+    def cost(self) -> float:
+        return mean_cost(self.evaluations)
+
+
+def fit(
+    model: Model,
+    experiments: Sequence[Experiment],
+    costs: Costing,
+    moving: Sequence[int],
+    jacobian: Sequence[Array] | None = None,
+    steps: int = 4,
+    projections: Sequence[Projection] | None = None,
+    enough: float = ENOUGH,
+) -> Fit:
+    """Least squares over all free numbers. Sensitivities are taken from `jacobian` (columns in the order of model.free) where given, those
+    of the effects in `moving` renewed at the start; else all are computed. From step to step they follow by Broyden's update; where a
+    step disappoints, those of `moving` are computed again. The initial states are marginalised about the model's start unless
+    `projections` are given."""
+    now = [evaluate(e, model, costs, projections[k] if projections else None) for k, e in enumerate(experiments)]
+    base = [e.readings for e in now]
+    raw = [j.copy() for j in jacobian] if jacobian is not None else sensitivities(model, experiments, range(len(model.free)), base)
+    columns = [projected(e, j) for e, j in zip(now, raw, strict=True)]
+    work = _Descent(model, now, raw, columns, costs)
+    if jacobian is not None:
+        work.renew([k for k in moving if not model.free[k].prior])
+    fresh, disappointed, renewed = jacobian is None, False, 0
+    for _ in range(steps):
+        if disappointed and renewed < MOST_RENEWALS:
+            work.renew(work.visible(moving))
+            fresh, renewed = True, renewed + 1
+        gained, kept_promise = work.step()
+        if (gained is None and (fresh or renewed == MOST_RENEWALS)) or (gained is not None and gained < enough):
+            break
+        fresh, disappointed = False, not kept_promise
+    return Fit(work.model, tuple(work.now), tuple(work.raw), tuple(work.columns), work.objective)
+
+
+def settled(done: Fit, experiments: Sequence[Experiment], costs: Costing, steps: int) -> tuple[Fit, Costing]:
+    """All numbers fitted until the residual's correlation time is that of the model itself: while a model is wrong its residual is
+    correlated over long times, and the data count for less than they should."""
+    numbers = range(len(done.model.free))
+    for _ in range(SETTLINGS):
+        renewed = recounted(costs, done.evaluations)
+        if renewed.tau > SAME_TAU * costs.tau:
+            break
+        costs = renewed
+        known = [e.projection for e in done.evaluations]
+        done = fit(done.model, experiments, costs, numbers, done.jacobian, steps, known, CONVERGED)
+    return done, costs
+
+
+def polished(done: Fit, nominal: Sequence[Evaluation], costs: Costing) -> tuple[Fit, Costing]:
+    """The fit taken on with sensitivities and start states of its own, where it has left little of a large gap: far from where they were
+    taken, old ones end it beside the best place, and what is left there looks like a missing effect."""
+    for _ in range(POLISHINGS):
+        if done.cost <= NO_GAP or done.cost - 1.0 > LITTLE * (mean_cost(nominal) - 1.0):
+            break
+        vector = done.model.vector()
+        experiments = [remembering(e.experiment, vector) for e in done.evaluations]
+        further = fit(done.model, experiments, costs, range(len(done.model.free)), None, POLISH_STEPS, enough=CONVERGED)
+        gained = done.cost - further.cost
+        if gained > 0.0:
+            done, costs = further, recounted(costs, further.evaluations)
+        if gained < ENDED * (done.cost - 1.0):
+            break
+    return done, costs
+
+
+class _Descent:
+    """The state of one fit between its steps."""
+
+    def __init__(self, model: Model, now: list[Evaluation], raw: list[Array], columns: list[Array], costs: Costing) -> None:
+        self.model, self.now, self.raw, self.columns, self._costs = model, now, raw, columns, costs
+        self.taken: Array | None = None  # the last step, in the numbers' scales
+        self._weigh()
+
+    def _weigh(self) -> None:
+        self.temper = max(1.0, mean_cost(self.now)) * self._costs.tau
+        self.objective = _objective(self.model, self.now, self._costs, self.temper)
+
+    def renew(self, numbers: Sequence[int]) -> None:
+        """Compute the sensitivities of these numbers again, at the present model."""
+        if not numbers:
+            return
+        fresh = sensitivities(self.model, [e.experiment for e in self.now], numbers, [e.readings for e in self.now])
+        for raw, columns, evaluation, new in zip(self.raw, self.columns, self.now, fresh, strict=True):
+            raw[list(numbers)] = new
+            columns[list(numbers)] = projected(evaluation, new)
+
+    def visible(self, moving: Sequence[int]) -> list[int]:
+        """Of `moving`, the effects' parameters and the constants that these logs can see and that the last step, if any, moved."""
+        energy = sum(np.sum(column**2, axis=(1, 2)) for column in self.columns) / self.temper
+        carried = energy * (self.taken**2 if self.taken is not None else 0.0)
+        seen = (energy > INVISIBLE) & (carried >= CARRIES**2 * carried.max(initial=0.0))
+        return [k for k in moving if not self.model.free[k].prior or seen[k]]
+
+    def step(self) -> tuple[float | None, bool]:
+        """One step: relative gain (None when no step helps), and whether it gave at least half of what it promised."""
+        normal, gradient = _normal_equations(self.model, self.now, self.columns, self._costs, self.temper)
+        better = _best_step(self.model, self.now, normal, gradient, self._costs, self.temper, self.objective)
+        if better is None:
+            self.taken = None
+            return None, False
+        model, now, reached, promised = better
+        gain = self.objective - reached
+        relative = gain / max(self.objective, 1e-12)
+        self.taken = (model.theta - self.model.theta) / self.model.scales
+        self._follow(self.taken, now)
+        self.model, self.now = model, now
+        self._weigh()
+        return relative, gain > HALF * promised
+
+    def _follow(self, step: Array, now: Sequence[Evaluation]) -> None:
+        """Broyden's update: the columns that would have predicted this step, and else changed least."""
+        length = float(step @ step)
+        if length == 0.0:
+            return
+        for columns, old, new in zip(self.columns, self.now, now, strict=True):
+            missed = old.left - new.left - np.tensordot(step, columns, 1)
+            columns += step[:, None, None] * (missed / length)
+
+
+def covariance(done: Fit, costs: Costing) -> Array:
+    """Posterior covariance of θ at the fit, with the weights the data had."""
+    temper = max(1.0, done.cost) * costs.tau
+    normal, _ = _normal_equations(done.model, done.evaluations, done.columns, costs, temper)
+    scales = done.model.scales
+    return np.asarray(np.linalg.pinv(normal) * np.outer(scales, scales))
+
+
+def _normal_equations(
+    model: Model, now: Sequence[Evaluation], columns: Sequence[Array], costs: Costing, temper: float
+) -> tuple[Array, Array]:
+    prior = np.array([1.0 if free.prior else 0.0 for free in model.free])
+    normal, gradient = np.diag(prior), -prior * model.pulls
+    for evaluation, column in zip(now, columns, strict=True):
+        limit = limits(evaluation.experiment, evaluation.left, costs)
+        root = np.sqrt(np.minimum(1.0, limit / np.maximum(np.abs(evaluation.left), 1e-12)) / temper)
+        a = (column * root).reshape(len(model.free), -1)
+        normal = normal + a @ a.T
+        gradient = gradient + a @ (evaluation.left * root).ravel()
+    return normal, gradient
+
+
+def _objective(model: Model, now: Sequence[Evaluation], costs: Costing, temper: float) -> float:
+    data = sum(float(rho(e.experiment, e.left, costs).sum()) for e in now)
+    return data / temper + float(np.sum(model.pulls**2))
+
+
+def _best_step(
+    model: Model, now: Sequence[Evaluation], normal: Array, gradient: Array, costs: Costing, temper: float, objective: float
+) -> tuple[Model, list[Evaluation], float, float] | None:
+    """The first damping whose step lowers the true objective; also the objective reached and how much less was promised."""
+    size = np.diag(normal) + 1e-9
+    for damping in _DAMPINGS:
+        step = _bounded(model, normal + np.diag(damping * size + 1e-9), gradient)
+        trial = model.with_theta(model.theta + step)
+        readings = [simulate(e.experiment, [trial.vector()])[0] for e in now]
+        after = [judged(e.experiment, y, e.projection, costs) for e, y in zip(now, readings, strict=True)]
+        reached = _objective(trial, after, costs, temper)
+        if np.isfinite(reached) and reached < objective:
+            phi = (trial.theta - model.theta) / model.scales
+            return trial, after, reached, float(2.0 * gradient @ phi - phi @ normal @ phi)
+    return None
+
+
+def _bounded(model: Model, normal: Array, gradient: Array) -> Array:
+    """The step in θ; numbers that would leave their range are put on its end and the others solved again."""
+    low = np.array([free.low for free in model.free])
+    high = np.array([free.high for free in model.free])
+    fixed = np.zeros(len(model.free), dtype=bool)
+    step = np.zeros(len(model.free))
+    for _ in range(4):
+        open_ = ~fixed
+        right = gradient[open_] - normal[np.ix_(open_, fixed)] @ (step[fixed] / model.scales[fixed])
+        step[open_] = np.linalg.solve(normal[np.ix_(open_, open_)], right) * model.scales[open_]
+        outside = open_ & ((model.theta + step < low) | (model.theta + step > high))
+        if not outside.any():
+            break
+        step[outside] = np.clip(model.theta + step, low, high)[outside] - model.theta[outside]
+        fixed |= outside
+    return np.clip(model.theta + step, low, high) - model.theta
+
+
+def unfitted(model: Model, now: Sequence[Evaluation], costs: Costing) -> Fit:
+    """The model as it stands, evaluated as `now`, with its Jacobian."""
+    now, experiments = tuple(now), [e.experiment for e in now]
+    jacobian = sensitivities(model, experiments, range(len(model.free)), [e.readings for e in now])
+    columns = tuple(projected(e, j) for e, j in zip(now, jacobian, strict=True))
+    return Fit(model, now, tuple(jacobian), columns, _objective(model, now, costs, max(1.0, mean_cost(now)) * costs.tau))

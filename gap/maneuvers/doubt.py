@@ -1,0 +1,52 @@
+"""Which explanations a search leaves in doubt, and what the next maneuver between them is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from config.load import LoadedRig
+from gap.maneuvers.next_maneuver import next_maneuver
+from gap.maneuvers.rivals import MOST_RIVALS, NONE
+from gap.maneuvers.separation import Rival
+from gap.search.look_alikes import look_alikes
+from gap.search.search_state import Search, Step
+from gap.search.trial import Trial
+from gap.search.verdict import Verdict
+
+Tell = Callable[[str], None]
+
+
+def next_of(loaded: LoadedRig, state: Search, word: Verdict, tell: Tell) -> dict[str, Any] | None:
+    """For look-alikes and for tentative names; None when every name is confirmed or there is none."""
+    rivals = doubtful(state, word)
+    if not rivals:
+        return None
+    tell(f"which maneuver would separate {' and '.join(rival.name for rival in rivals)}?")
+    found = next_maneuver(loaded, rivals, tell, sorted(state.channels), thorough=False)
+    return found.as_dict() if found else None
+
+
+def doubtful(state: Search, word: Verdict) -> list[Rival]:
+    """The first effect with look-alikes and the closest of them; without look-alikes, the last tentative one and its runner-up."""
+    unclear = next(((step.trial, *alike) for step in state.steps if (alike := look_alikes(state, step))), None)
+    if unclear is not None:
+        return [_rival(trial) for trial in unclear[:MOST_RIVALS]]
+    tentative = [step for step in state.steps if step.weak or not word.confirmed]
+    if not tentative:
+        return []
+    last = tentative[-1]
+    return [_rival(last.trial), _runner_up(state, last)]
+
+
+def _runner_up(state: Search, step: Step) -> Rival:
+    """The next best explanation that was fitted, else the model without the effect."""
+    others = [trial for trial in step.others if trial.gain > 0.0]
+    if others:
+        return _rival(min(others, key=lambda trial: trial.cost))
+    before = state.nominal.model if step is state.steps[0] else step.trial.fit.model.without_effect(step.entry)
+    return Rival(NONE, before)
+
+
+def _rival(trial: Trial) -> Rival:
+    return Rival(trial.candidate.label, trial.fit.model)

@@ -1,0 +1,124 @@
+"""Taking an accepted effect into the model, and earlier effects out of it again that later ones have made worthless or wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from config.effect_entry import EffectEntry
+from gap.fitting.compare import paired_t
+from gap.fitting.evaluation import Evaluation, evaluate
+from gap.fitting.fit import CONVERGED, Fit, fit, settled
+from gap.fitting.initial_states import marginalised
+from gap.fitting.simulate import remembering
+from gap.search.screen import points
+from gap.search.search_state import Search, Step
+from gap.search.trial import Base, effects, effects_only, first_trial, has_size, own_trial
+from gap.search.verdict import CLOSED
+
+KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
+REFIT_STEPS = 8
+ROUNDS = 3  # of fitting the effects alone, each about start states of its own
+
+Tell = Callable[[str], None]
+
+
+def accept(state: Search, step: Step, tell: Tell) -> Search | None:
+    """The search with the step's effect in its model, or with the first of its equals that keeps a size once all constants are free.
+
+    None if none of them does: what such an effect gained by itself, the constants gain without it, and its name would be wrong.
+    """
+    equals = [step.trial, *step.rivals]
+    for number, trial in enumerate(equals):
+        rivals = tuple(equals[number + 1 :])
+        taken = _taken(state, replace(step, entry=trial.fit.model.added[-1], trial=trial, rivals=rivals), tell)
+        if has_size(taken.current, trial.fit.model.added[-1], state.costs):
+            return taken
+        tell(f"  {trial.candidate.label}: its interval holds the neutral value once all constants are free; not named")
+    return None
+
+
+def _taken(state: Search, step: Step, tell: Tell) -> Search:
+    turned = step.trial.beside
+    beside = [Step(step.trial.fit.model.added[-2], replace(step.trial, candidate=turned, beside=None), (), ())] if turned else []
+    taken = replace(state, steps=[*state.steps, *beside, step])
+    rivals = f" (or {', '.join(r.candidate.label for r in step.rivals)})" if step.rivals else ""
+    tell(f"accepted: {step.trial.candidate.label}{rivals}")
+    refit(taken, step.trial.fit, tell)
+    return taken
+
+
+def refit(state: Search, start: Fit, tell: Tell) -> None:
+    """All numbers again, with all sensitivities new; from the rig file's own constants when these are the better place to start."""
+    tell("refitting all constants")
+    own = _from_own_constants(state, start)
+    best = own if own.cost < start.cost else start
+    vector = best.model.vector()
+    state.experiments = [remembering(e, vector) for e in state.experiments]
+    done = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, enough=CONVERGED)
+    state.current, state.costs = settled(done, state.experiments, state.costs, REFIT_STEPS)
+    state.seen = tuple(evaluate(e, state.current.model, state.costs) for e in state.holdouts)
+    tell(f"hold-out: {state.cost:.4g} noise floors")
+
+
+def _from_own_constants(state: Search, start: Fit) -> Fit:
+    """Only the effects fitted, every constant as in the rig file: what the missing effect had torn away stands right again."""
+    plain = start.model.with_own_constants()
+    if not effects(plain):  # the sign of a sensor has nothing to fit
+        now = tuple(evaluate(e, plain, state.costs) for e in state.experiments)
+        return Fit(plain, now, start.jacobian, start.columns, start.objective)
+    reached, done = effects_only(plain, state.experiments, state.costs, [e.projection for e in start.evaluations])
+    for _ in range(ROUNDS):  # an effect that was found beside wrong constants may be far from its place
+        if done.cost <= CLOSED:
+            break
+        own = [marginalised(e, reached.vector()) for e in state.experiments]
+        further, better = effects_only(reached, state.experiments, state.costs, own)
+        if better.cost >= done.cost:
+            break
+        reached, done = further, better
+    return Fit(reached, done.evaluations, start.jacobian, start.columns, done.objective)
+
+
+def swap(state: Search, tell: Tell) -> None:
+    """Replace each earlier effect by its best rival of that time, if that is now better."""
+    for number, step in enumerate(state.steps[:-1]):
+        present = {(e.effect, e.where) for e in state.current.model.added}
+        rivals = [t for t in (*step.rivals, *step.others) if (t.candidate.effect, t.candidate.where) not in present]
+        rest = without(state, step.entry) if rivals else None
+        if rest is None:
+            continue
+        rival = min(rivals, key=lambda t: t.cost)
+        base = Base(state.experiments, state.holdouts, state.costs, rest, _seen(state, rest))
+        trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.model)), [])
+        if paired_t(state.seen, trial.holdout) > KEEP_T:
+            tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
+            state.steps[number] = Step(trial.fit.model.added[-1], trial, (step.trial,), ())
+            refit(state, trial.fit, tell)
+
+
+def drop_superfluous(state: Search, tell: Tell) -> None:
+    """Take out each earlier effect that later ones have made worthless."""
+    for step in list(state.steps[:-1]):
+        rest = without(state, step.entry)
+        if rest is None:
+            continue
+        seen = _seen(state, rest)
+        if paired_t(seen, state.seen) < KEEP_T:
+            tell(f"dropped: {step.trial.candidate.label} explains nothing that the others do not")
+            state.steps.remove(step)
+            refit(state, rest, tell)
+
+
+def without(state: Search, entry: EffectEntry) -> Fit | None:
+    """The current model refitted without one of its effects; None when that is not in it."""
+    model = state.current.model
+    if not any(other is entry for other in model.added):
+        return None
+    gone = set(model.of_effect(entry))
+    keep = [k for k in range(len(model.free)) if k not in gone]
+    smaller = model.without_effect(entry)
+    return fit(smaller, state.experiments, state.costs, effects(smaller), [columns[keep] for columns in state.current.jacobian], steps=4)
+
+
+def _seen(state: Search, done: Fit) -> tuple[Evaluation, ...]:
+    return tuple(evaluate(e, done.model, state.costs) for e in state.holdouts)

@@ -1,0 +1,72 @@
+"""The course of a search: the models it has gone through and the effects it has accepted, each with its rivals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from config.effect_entry import EffectEntry
+from gap.data.windows import Experiment
+from gap.fitting.evaluation import Costing, Evaluation, mean_cost
+from gap.fitting.fit import Fit
+from gap.search.screen import VISIBLE, Screening
+from gap.search.trial import FLOOR, LEAST_GAIN, Base, Trial
+
+LEAST_T = 3.5
+LEAST_DROP = 0.02  # noise floors
+RIVAL_T = 3.0
+RIVAL_GAIN = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One accepted effect with its rivals: candidates the hold-out cannot tell from it."""
+
+    entry: EffectEntry
+    trial: Trial
+    rivals: tuple[Trial, ...]
+    others: tuple[Trial, ...]
+    weak: str = ""  # why the name stays tentative even where the gap is closed
+
+
+@dataclass(slots=True)
+class Search:
+    """The course of a search, from the refitted nominal model to the final one."""
+
+    experiments: Sequence[Experiment]
+    holdouts: Sequence[Experiment]
+    costs: Costing
+    channels: frozenset[str]
+    nominal: Fit  # the rig file's own constants
+    current: Fit
+    seen: tuple[Evaluation, ...]  # hold-out with the current model
+    constants_only: tuple[Evaluation, ...]  # hold-out with the best constants, and no effect added
+    workers: int = 1
+    steps: list[Step] = field(default_factory=list)
+    screening: Screening | None = None
+    first_screening: Screening | None = None
+    last_trials: tuple[Trial, ...] = ()
+    strained: tuple[str, ...] = ()  # constants that would explain the gap without the effects, far beyond their priors
+
+    @property
+    def cost(self) -> float:
+        return mean_cost(self.seen)
+
+    @property
+    def least_drop(self) -> float:
+        """The smallest fall of the hold-out's cost with which a candidate passes all gates. That of t: a fall that is even over the
+        hold-out is known no better than the mean of its N values, √(2/N)."""
+        values = sum(int(np.isfinite(e.measured).sum()) for e in self.holdouts)
+        return max(LEAST_DROP, LEAST_GAIN * (self.cost - FLOOR), LEAST_T * float(np.sqrt(2.0 / values)))
+
+    @property
+    def seen_at(self) -> float:
+        """Energy of a signature on the fit logs at which its effect would be named."""
+        values = sum(int(np.isfinite(e.measured).sum()) for e in self.experiments)
+        return max(VISIBLE**2 * self.costs.tau, self.least_drop * values)
+
+    @property
+    def base(self) -> Base:
+        return Base(self.experiments, self.holdouts, self.costs, self.current, self.seen)

@@ -1,0 +1,106 @@
+"""Forward, swap and backward selection. Fits use the fit logs only; every decision is made on the hold-out logs, window by window."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+from scipy.stats import norm
+
+from gap.fitting.compare import separation_t
+from gap.search.acceptance import Tell, accept, drop_superfluous, swap
+from gap.search.candidates import candidates
+from gap.search.screen import Screening, Signature, screen
+from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step
+from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial
+from gap.search.turned import turned_trials
+
+FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
+CLOSING_T = 2.0  # enough for a candidate that takes nearly all of the gap
+CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
+MOST_EFFECTS = 4
+MOST = 0.8  # gain of a first trial after which candidates with hardly any signature of the gap need no fit
+HARDLY = 0.15  # of the best signature's share
+FIRST_WAVE = 4
+LEADING = 2  # best signatures that are fitted about their own states whatever their first trial gave, which holds friction's form known
+
+
+def search(state: Search, tell: Tell) -> Search:
+    """Add effects while the hold-out says so."""
+    while len(state.steps) < MOST_EFFECTS:
+        if state.cost < FLOOR + LEAST_DROP:
+            break  # no candidate could pass the gates any more
+        found = candidates(state.current.model.rig, state.channels)
+        plain = state.base.plain
+        screening = screen(plain.current, state.costs, found, state.seen_at, tell)
+        state.first_screening = state.first_screening or screening
+        state.last_trials = tuple(sorted(_trials(state, plain, screening, tell), key=lambda trial: trial.cost))
+        step = _decide(state, len(found))
+        taken = accept(state, step, tell) if step else None
+        if taken is None:
+            break
+        state = taken
+        swap(state, tell)
+        drop_superfluous(state, tell)
+    return state
+
+
+def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> list[Trial]:
+    """Fit the candidates that passed the screening, best signatures first; those that help most once more about their own states."""
+    kept, base, rough = screening.kept(), state.base, plain.rough
+    most = max((s.share for s in kept), default=0.0)
+
+    def first(signature: Signature) -> Trial:
+        trial = first_trial(rough, signature.candidate, signature.starts)
+        tell(f"  {trial.candidate.label}: hold-out {plain.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
+        return trial
+
+    others = [] if state.steps else [state.nominal]  # constants torn away by the missing effect are a bad place to start from
+
+    def again(trial: Trial) -> Trial:
+        own = own_trial(base, trial, others)
+        tell(f"  {own.candidate.label}, own initial states: hold-out {own.cost:.4g} noise floors, t = {own.t:.1f}")
+        return own
+
+    with ThreadPoolExecutor(state.workers) as pool:
+        trials = list(pool.map(first, kept[:FIRST_WAVE]))
+        solved = any(trial.gain >= MOST for trial in trials)
+        trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
+        best = max((trial.gain for trial in trials), default=0.0)
+        leading = [] if solved else [s.candidate.label for s in kept[:LEADING]]
+        enough = max(0.5 * LEAST_GAIN, CONTENDER * best)
+        strong = [trial for trial in trials if trial.gain >= enough or trial.candidate.label in leading]
+        weak = [trial for trial in trials if all(trial is not other for other in strong)]
+        trials = [*weak, *pool.map(again, strong)]
+    if any(trial.gain >= NEARLY_ALL for trial in trials):
+        return trials
+    for trial in turned_trials(base, [s.candidate for s in kept], state.channels, others):
+        tell(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
+        trials.append(trial)
+    return trials
+
+
+def least_t(tried: int) -> float:
+    """The t that one of so many candidates needs, so that a whole search rarely finds what is not there."""
+    return max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
+
+
+def passes(t: float, gain: float, drop: float, least: float) -> bool:
+    """Whether enough windows agree and the gain is worth an effect. A gap that stands in a few windows has few that can agree: what takes
+    all of it needs fewer."""
+    return t > (CLOSING_T if gain >= NEARLY_ALL else least) and gain >= LEAST_GAIN and drop >= LEAST_DROP
+
+
+def _decide(state: Search, tried: int) -> Step | None:
+    """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters unless more are worth an effect."""
+    least = least_t(tried)
+    passed = [t for t in state.last_trials if t.own and t.has_size and passes(t.t, t.gain, t.drop, least)]
+    if not passed:
+        return None
+    best = min(passed, key=lambda trial: trial.cost)
+    near = [t for t in passed if t is not best and t.gain >= RIVAL_GAIN * best.gain]
+    rivals = [t for t in near if separation_t(t.holdout, best.holdout) < RIVAL_T]
+    plain = [t for t in rivals if t.cost - best.cost < max(LEAST_DROP, LEAST_GAIN * (t.cost - FLOOR))]
+    simplest = min([best, *plain], key=lambda t: (len(t.candidate.free), t.cost))
+    equals = tuple(t for t in [best, *rivals] if t is not simplest)
+    others = tuple(t for t in state.last_trials if t is not simplest and t not in equals)
+    return Step(simplest.fit.model.added[-1], simplest, equals, others)

@@ -1,0 +1,104 @@
+"""Where the refitted constants leave their priors: the search from constants that stay near their own.
+
+A constant several standard deviations from what was known of it is an alarm about the structure, not a calibration (gap.md B.4): it does
+what the missing effect should, and hides the effect's signature. Held near their priors, the constants leave it to be seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from gap.fitting.evaluation import NO_GAP, evaluate, recounted
+from gap.fitting.fit import CONVERGED, Fit, fit, polished, settled
+from gap.fitting.model import Free, Model
+from gap.search.acceptance import REFIT_STEPS, refit
+from gap.search.search_state import Search
+from gap.search.select import search
+from gap.search.verdict import alarmed
+
+WITHIN = 2.0  # prior standard deviations: 95 % of honest priors
+AS_GOOD = 1.05  # hold-out with the effect over that with the strained constants
+
+Tell = Callable[[str], None]
+
+
+def search_within_priors(state: Search, tell: Tell) -> Search:
+    """The search from the refitted constants; where these left their priors, from constants held near them if that explains as much."""
+    if not alarmed(state.current):
+        state = _taken_on(state, tell)
+    strained = alarmed(state.current)
+    if not strained:
+        return search(state, tell)
+    tell(f"beyond their priors: {', '.join(strained)}; searching with every constant within {WITHIN:g} standard deviations")
+    held = _held(state)
+    tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
+    found = _let_go(search(_taken_on(held, tell), tell), state.nominal.model, tell)
+    if found.cost > NO_GAP:
+        state = _taken_on(state, tell)
+    if found.cost > AS_GOOD * max(state.cost, NO_GAP):
+        return search(state, tell)
+    other = search(state, tell) if alarmed(found.current) else None
+    if other is not None and other.cost <= found.cost:
+        return other
+    stands_in = bool(found.steps) and state.cost <= AS_GOOD * max(found.cost, NO_GAP)
+    only = state.constants_only if found.steps else found.seen
+    return replace(found, nominal=state.nominal, strained=tuple(strained) if stands_in else (), constants_only=only)
+
+
+def _let_go(found: Search, own: Model, tell: Tell) -> Search:
+    """The finished search with the constants' own bounds again. They are fitted once more where the holding had stopped one, unless they
+    only leave their priors again for it and gain nothing."""
+    held_back = _held_back(found.current.model, own)
+    found.current = _unbounded(found.current, own)
+    if not (found.steps and held_back):
+        return found
+    freed = replace(found)
+    refit(freed, found.current, tell)
+    gains = found.cost > AS_GOOD * max(freed.cost, NO_GAP)
+    return freed if gains or (not alarmed(freed.current) and freed.cost <= found.cost) else found
+
+
+def _taken_on(state: Search, tell: Tell) -> Search:
+    """The constants' fit taken on where it may not have come to its end."""
+    done, costs = polished(state.current, state.nominal.evaluations, state.costs)
+    if done is state.current:
+        return state
+    seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
+    further = replace(
+        state, experiments=[e.experiment for e in done.evaluations], costs=costs, current=done, seen=seen, constants_only=seen
+    )
+    tell(f"constants fitted further: hold-out {state.cost:.4g} → {further.cost:.4g} noise floors")
+    return further
+
+
+def _held(state: Search) -> Search:
+    """A search that begins at the rig file's own constants and keeps them near."""
+    own = state.nominal
+    model = replace(own.model, free=tuple(_near(free) for free in own.model.free))
+    experiments = [e.experiment for e in own.evaluations]
+    costs = recounted(state.costs, own.evaluations)
+    known = [e.projection for e in own.evaluations]
+    numbers = range(len(model.free))
+    done = fit(model, experiments, costs, numbers, own.jacobian, REFIT_STEPS, known, CONVERGED)
+    done, costs = settled(done, experiments, costs, REFIT_STEPS)
+    seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
+    return Search(experiments, state.holdouts, costs, state.channels, replace(own, model=model), done, seen, seen, state.workers)
+
+
+def _near(free: Free) -> Free:
+    if not free.prior:
+        return free
+    way = WITHIN * free.scale
+    return replace(free, low=max(free.low, free.start - way), high=min(free.high, free.start + way))
+
+
+def _held_back(done: Model, own: Model) -> bool:
+    """Whether a constant stands where only the holding stopped it; else the fit is that of the free constants too."""
+    bounds = zip(done.theta, done.free, own.free, strict=False)  # the parameters of effects stand behind the constants
+    return any(value == held.low > free.low or value == held.high < free.high for value, held, free in bounds)
+
+
+def _unbounded(done: Fit, own: Model) -> Fit:
+    """The same fit with the constants' own bounds; they stand before the parameters of effects."""
+    return replace(done, model=replace(done.model, free=(*own.free, *done.model.free[len(own.free) :])))
