@@ -49,7 +49,7 @@ Written by `make blind`; do not edit.
 
 **{len(scores)} of {len(cases)} cases run** ({run}), {dates[0]} to {dates[-1]} UTC. Results: {builds}.
 Answers {sealed}, SHA-256 `{digest}`, before the run.
-No setting of the search was tuned on these answers; development used seeds of its own.
+No setting of the search was tuned on these answers but where the protocol says so; development used seeds of its own.
 A search took {median(seconds):.0f} s (median, on a busy machine; longest {max(seconds):.0f} s).
 """
 
