@@ -61,6 +61,7 @@ def test_the_hold_out_never_makes_an_effect_easier_to_see(lively: Search) -> Non
         assert after.smallest_visible >= before.smallest_visible
 
 
+@pytest.mark.slow
 def test_a_hold_out_that_hardly_moves_asks_for_more(lively: Search, tmp_path: Path) -> None:
     _, held = sizes(lively)
     still = opened(tmp_path, TEXT, 0.02)
@@ -69,6 +70,7 @@ def test_a_hold_out_that_hardly_moves_asks_for_more(lively: Search, tmp_path: Pa
     assert of(waiting, HIDDEN) > 2.0 * of(held, HIDDEN)
 
 
+@pytest.mark.slow
 def test_what_is_hidden_in_that_size_shows_on_the_hold_out(lively: Search, tmp_path: Path) -> None:
     """Constants refitted to it all the same: what they leave is what the claim said, and enough for a name."""
     held = sizes(lively)[1]

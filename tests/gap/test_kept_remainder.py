@@ -77,6 +77,7 @@ def opened(
     return state, nominal, rest
 
 
+@pytest.mark.slow
 def test_a_force_that_has_no_name_is_kept_with_its_true_size(tmp_path: Path) -> None:
     state, nominal, rest = opened(tmp_path, cogging, cogging)
     text, kept = kept_remainder(MODEL, state, rest, nominal, lambda line: None)
@@ -96,6 +97,7 @@ def test_a_force_that_has_no_name_is_kept_with_its_true_size(tmp_path: Path) -> 
     assert "no physics: the hold-out falls from" in kept_sentence({"kept": kept})
 
 
+@pytest.mark.slow
 def test_friction_that_changes_with_the_position_is_kept_as_friction(tmp_path: Path) -> None:
     model = axis_logs.axis_text()
     state, nominal, rest = opened(tmp_path, rough_place, rough_place, model, (16, 14))
@@ -109,6 +111,7 @@ def test_friction_that_changes_with_the_position_is_kept_as_friction(tmp_path: P
     assert "a table of friction over position" in kept_sentence({"kept": kept})
 
 
+@pytest.mark.slow
 def test_what_the_holdout_does_not_have_is_not_kept(tmp_path: Path) -> None:
     """The fit log's force is not in the hold-out: a table of it makes that worse."""
     state, nominal, _ = opened(tmp_path, cogging, lambda x, v: -cogging(x, v))

@@ -89,6 +89,7 @@ def test_a_constant_that_differs_is_found_and_no_other() -> None:
     assert np.mean([found[0].values for found in runs], axis=0) == pytest.approx([10.0, 12.0], abs=0.6), "drawn towards the common value"
 
 
+@pytest.mark.slow
 def test_friction_too_small_to_be_named_makes_the_damping_depend_on_the_speed() -> None:
     """The damping is wrong, and a Coulomb friction is missing that more damping stands in for: more of it where the axis is slow."""
     text = axis_logs.axis_text("coulomb_friction")
