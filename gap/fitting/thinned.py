@@ -13,6 +13,7 @@ from gap.fitting.evaluation import Evaluation
 from gap.fitting.fit import Fit
 
 MOST_WINDOWS = 40  # of all fit logs together
+TO_SIZE = 30  # fewer are enough to say how large an effect must be
 
 
 def thinned(done: Fit, most: int = MOST_WINDOWS) -> tuple[Fit, float]:

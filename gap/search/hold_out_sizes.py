@@ -20,16 +20,16 @@ from gap.fitting.evaluation import Costing, Evaluation, evaluate, mean_cost
 from gap.fitting.fit import Fit, unfitted
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering, some
-from gap.fitting.thinned import thinned
+from gap.fitting.thinned import TO_SIZE, thinned
 from gap.search.freed import Probe, Remover, changes, probed
 from gap.search.screen import Screening
 from gap.search.select import least_t, passes
 from gap.search.trial import excess
 from gap.search.visible import scalable, sized
 
-MOST_WINDOWS = 40  # of the hold-outs together: enough to see how many of them agree
+MOST_WINDOWS = 30  # of the hold-outs together: enough to see how many of them agree
 ROUNDS = 2  # an effect that is not proportional to its size is simulated again where it would have to be larger
-PROPORTIONAL = 2.0  # factor up to which an effect counts as proportional
+PROPORTIONAL = 3.0  # factor up to which an effect counts as proportional
 LARGEST = 100.0  # factor beyond which an effect counts as invisible on these logs
 _BISECTIONS = 6
 
@@ -60,7 +60,7 @@ class Judge:
     """Signatures on the hold-out, and the size of each that passes the gates. `least`: the t that a candidate needs."""
 
     def __init__(self, current: Fit, seen: Sequence[Evaluation], costs: Costing, least: float) -> None:
-        self._fitted, _ = thinned(current)
+        self._fitted, _ = thinned(current, TO_SIZE)
         self._remover = Remover(self._fitted, costs)
         few, share = _fewer(current.model, seen, costs)
         self._held = unfitted(current.model, few, costs)

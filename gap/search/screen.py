@@ -16,7 +16,7 @@ from gap.data.measured import Array
 from gap.fitting.evaluation import Costing
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
-from gap.fitting.thinned import thinned
+from gap.fitting.thinned import TO_SIZE, thinned
 from gap.search.candidates import Candidate
 from gap.search.freed import Probe, Remover, rows
 from sim_backend.effects.registry import REGISTRY
@@ -112,7 +112,7 @@ def screen_sizes(
 ) -> Screening:
     """One simulation a candidate, which its smallest size follows from; starting points are not ranked. `before`: an earlier screening on
     the same logs, from which it is known how large to try each."""
-    current, share = thinned(current)
+    current, share = thinned(current, TO_SIZE)
     known = {s.candidate.label: s.probe for s in before.signatures if s.probe} if before else {}
     groups = [[_likely(c, current.model, known.get(c.label), share * seen_at)] for c in found]
     return _screened(current, costs, found, groups, share * seen_at, tell)

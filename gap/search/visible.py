@@ -10,7 +10,7 @@ import numpy as np
 from gap.fitting.evaluation import Costing
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
-from gap.fitting.thinned import thinned
+from gap.fitting.thinned import TO_SIZE, thinned
 from gap.search.freed import Probe, Remover, probed
 from gap.search.screen import Screening, Signature, placed
 
@@ -24,7 +24,7 @@ _NOTHING = 1e-12  # of the energy wanted
 def checked(screening: Screening, current: Fit, costs: Costing, seen_at: float) -> Screening:
     """The screening with sizes tried out, each with the probe closest to it; an effect that does not reach the energy `seen_at` within its
     plausible range has none."""
-    current, share = thinned(current)
+    current, share = thinned(current, TO_SIZE)
     remover, seen_at = Remover(current, costs), share * seen_at
     known = {k: [s.probe] for k, s in enumerate(screening.signatures) if s.probe and scalable(s)}
     for _ in range(ROUNDS):
