@@ -32,9 +32,8 @@ class PlacedSection(Section):
         kind = str(info.data.get("quantity_kind", ""))
         unit = unit_at(field, kind)
         if unit is None and kind and _depends_on_place(field):
-            return (
-                [] if isinstance(value, (list, tuple)) else _smallest(field)
-            )  # the place is the mistake, and `where` says so; the number cannot be judged
+            # The place is the mistake, and `where` says so; the number cannot be judged.
+            return [] if isinstance(value, (list, tuple)) else _smallest(field)
         if unit is None or value is None:
             return value
         try:
