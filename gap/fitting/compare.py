@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap.data.measured import Array
-from gap.fitting.evaluation import Evaluation, mean_cost
+from gap.fitting.evaluation import Evaluation, mean_cost, values_compared
 
 BOUND = 3.0  # own standard deviations of a window beyond which it only says "much better": no single window decides
 EVEN = 0.05  # of the mean excess: windows in which both models stay below it hold none of the gap and have no vote …
@@ -57,5 +57,4 @@ def separation_t(worse: Sequence[Evaluation], better: Sequence[Evaluation]) -> f
 
 def window_sd(evaluation: Evaluation) -> Array:
     """Standard deviation of ln(window cost) under pure noise: √(2/N), N the values compared in the window."""
-    counts = np.isfinite(evaluation.experiment.measured).sum(axis=(1, 2))
-    return np.asarray(np.sqrt(2.0 / np.maximum(counts, 1)))
+    return np.asarray(np.sqrt(2.0 / values_compared(evaluation.experiment)))

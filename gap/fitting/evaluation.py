@@ -73,10 +73,14 @@ def judged(experiment: Experiment, readings: Array, projection: Projection, cost
     values = experiment.measured[0].size
     there = np.isfinite(experiment.measured)
     data = np.where(there, weighed[:, :values].reshape(experiment.measured.shape), 0.0)
-    counts = np.maximum(there.sum(axis=(1, 2)), 1)
-    window_costs = (data.sum(axis=(1, 2)) + weighed[:, values:].sum(axis=1)) / counts
+    window_costs = (data.sum(axis=(1, 2)) + weighed[:, values:].sum(axis=1)) / values_compared(experiment)
     channel_costs = data.sum(axis=(0, 1)) / np.maximum(there.sum(axis=(0, 1)), 1)
     return Evaluation(experiment, projection, readings, left, window_costs, channel_costs)
+
+
+def values_compared(experiment: Experiment) -> Array:
+    """In each window; at least 1."""
+    return np.asarray(np.maximum(np.isfinite(experiment.measured).sum(axis=(1, 2)), 1))
 
 
 def mean_cost(evaluations: Sequence[Evaluation]) -> float:

@@ -57,7 +57,7 @@ def refit(state: Search, start: Fit, tell: Tell) -> None:
     state.experiments = [remembering(e, vector) for e in state.experiments]
     done = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, enough=CONVERGED)
     state.current, state.costs = settled(done, state.experiments, state.costs, REFIT_STEPS)
-    state.seen = tuple(evaluate(e, state.current.model, state.costs) for e in state.holdouts)
+    state.seen = on_holdouts(state, state.current)
     tell(f"hold-out: {state.cost:.4g} noise floors")
 
 
@@ -88,7 +88,7 @@ def swap(state: Search, tell: Tell) -> None:
         if rest is None:
             continue
         rival = min(rivals, key=lambda t: t.cost)
-        base = Base(state.experiments, state.holdouts, state.costs, rest, _seen(state, rest))
+        base = Base(state.experiments, state.holdouts, state.costs, rest, on_holdouts(state, rest))
         trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.model)), [])
         if paired_t(state.seen, trial.holdout) > KEEP_T:
             tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
@@ -102,7 +102,7 @@ def drop_superfluous(state: Search, tell: Tell) -> None:
         rest = without(state, step.entry)
         if rest is None:
             continue
-        seen = _seen(state, rest)
+        seen = on_holdouts(state, rest)
         if paired_t(seen, state.seen) < KEEP_T:
             tell(f"dropped: {step.trial.candidate.label} explains nothing that the others do not")
             state.steps.remove(step)
@@ -120,5 +120,6 @@ def without(state: Search, entry: EffectEntry) -> Fit | None:
     return fit(smaller, state.experiments, state.costs, effects(smaller), [columns[keep] for columns in state.current.jacobian], steps=4)
 
 
-def _seen(state: Search, done: Fit) -> tuple[Evaluation, ...]:
+def on_holdouts(state: Search, done: Fit) -> tuple[Evaluation, ...]:
+    """The hold-out logs with a fitted model."""
     return tuple(evaluate(e, done.model, state.costs) for e in state.holdouts)

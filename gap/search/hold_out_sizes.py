@@ -16,7 +16,7 @@ from gap.data.measured import Array
 from gap.data.strata import chosen
 from gap.data.windows import velocities
 from gap.fitting.compare import paired_t
-from gap.fitting.evaluation import Costing, Evaluation, evaluate, mean_cost
+from gap.fitting.evaluation import Costing, Evaluation, evaluate, mean_cost, values_compared
 from gap.fitting.fit import Fit, unfitted
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering, some
@@ -76,7 +76,7 @@ class Judge:
         changed = changes(self._held, [probe.model for probe in probes.values()])
         answers = np.stack([probe.answers for probe in probes.values()])
         left = [part - np.tensordot(answers, columns, 1) for part, columns in zip(changed, self._held.columns, strict=True)]
-        energies = [np.sum(part**2, axis=2) / _counts(e) for part, e in zip(left, self._held.evaluations, strict=True)]
+        energies = [np.sum(part**2, axis=2) / values_compared(e.experiment) for part, e in zip(left, self._held.evaluations, strict=True)]
         return {
             k: sizes[k] * self._factor([energy[row] * (sizes[k] / probe.size) ** 2 for energy in energies])
             for row, (k, probe) in enumerate(probes.items())
@@ -113,8 +113,3 @@ def _part(model: Model, seen: Evaluation, numbers: NDArray[np.int64], costs: Cos
     if len(numbers) == seen.experiment.windows:
         return seen
     return evaluate(remembering(some(seen.experiment, numbers), model.vector()), model, costs, seen.projection.of_windows(numbers))
-
-
-def _counts(evaluation: Evaluation) -> Array:
-    """Values compared in each window."""
-    return np.asarray(np.maximum(np.isfinite(evaluation.experiment.measured).sum(axis=(1, 2)), 1))

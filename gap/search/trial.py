@@ -167,10 +167,18 @@ def _judged(base: Base, candidate: Candidate, best: Fit, projections: Sequence[P
 def has_size(done: Fit, entry: EffectEntry, costs: Costing) -> bool:
     """Whether the fit has moved the effect away from its neutral value by more than its uncertainty; else what it gained, the constants
     have gained."""
-    model, neutral = done.model, REGISTRY[entry.effect].neutral
-    sd = np.sqrt(np.maximum(np.diag(covariance(done, costs)), 0.0))
-    numbers = [k for k in model.of_effect(entry) if model.free[k].key in neutral]
-    return not numbers or any(abs(model.theta[k] - neutral[model.free[k].key]) > 1.96 * sd[k] for k in numbers)
+    return clear_of_neutral(done.model, entry, 1.96 * np.sqrt(np.maximum(np.diag(covariance(done, costs)), 0.0)))
+
+
+def clear_of_neutral(model: Model, entry: EffectEntry, half_width: Array) -> bool:
+    """Whether one of the effect's parameters is further from its neutral value than the half width of its interval, or none has one."""
+    numbers, neutral = sized_by(model, entry), REGISTRY[entry.effect].neutral
+    return not numbers or any(abs(model.theta[k] - neutral[model.free[k].key]) > half_width[k] for k in numbers)
+
+
+def sized_by(model: Model, entry: EffectEntry) -> list[int]:
+    """Numbers of the effect's parameters that have a neutral value."""
+    return [k for k in model.of_effect(entry) if model.free[k].key in REGISTRY[entry.effect].neutral]
 
 
 def _grown(columns: Array, count: int) -> Array:

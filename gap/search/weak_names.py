@@ -12,12 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from gap.data.measured import Array
-from gap.fitting.evaluation import NO_GAP, evaluate, mean_cost
-from gap.search.acceptance import without
+from gap.fitting.evaluation import NO_GAP, mean_cost
+from gap.search.acceptance import on_holdouts, without
 from gap.search.search_state import Search, Step
-from gap.search.trial import FLOOR
+from gap.search.trial import FLOOR, clear_of_neutral, sized_by
 from gap.search.verdict import CLEAR, CLOSED
-from sim_backend.effects.registry import REGISTRY
 
 Tell = Callable[[str], None]
 
@@ -35,11 +34,10 @@ def weighed(state: Search, half_width: Array, tell: Tell) -> list[Step]:
 
 def _unsized(state: Search, step: Step, half_width: Array) -> str:
     """Its neutral value lies in the interval of every one of its parameters."""
-    model, neutral = state.current.model, REGISTRY[step.entry.effect].neutral
-    numbers = [k for k in model.of_effect(step.entry) if model.free[k].key in neutral]
-    if not numbers or any(abs(model.theta[k] - neutral[model.free[k].key]) > half_width[k] for k in numbers):
+    model = state.current.model
+    if clear_of_neutral(model, step.entry, half_width):
         return ""
-    k = numbers[0]
+    k = sized_by(model, step.entry)[0]
     low, high = np.array([-1.0, 1.0]) * half_width[k] + model.theta[k]
     return f"may be nothing ({model.free[k].key} {low:.3g} to {high:.3g} {model.free[k].unit}".rstrip() + ")"
 
@@ -51,6 +49,6 @@ def _unneeded(state: Search, step: Step) -> str:
     rest = without(state, step.entry)
     if rest is None:
         return ""
-    left = mean_cost([evaluate(e, rest.model, state.costs) for e in state.holdouts])
+    left = mean_cost(on_holdouts(state, rest))
     needed = left > NO_GAP and state.cost - FLOOR <= CLEAR * (left - FLOOR)
     return "" if needed else f"is hardly needed (hold-out without it {left:.3g})"
