@@ -13,10 +13,11 @@ from gap.fitting.evaluation import Evaluation, mean_cost
 from gap.fitting.model import Model
 from gap.fitting.temperatures import warmings
 from gap.maneuvers.doubt import next_of
-from gap.report.findings import constants, document, finding, not_seen
+from gap.report.findings import constants, document, finding, not_seen, step_finding
 from gap.report.found import Found
 from gap.report.kept_remainder import kept_remainder
 from gap.report.localise import localise
+from gap.report.model_file import with_step_lines
 from gap.report.remainder import remainder, sentence
 from gap.report.steadiness import in_words, steadiness, unsteady
 from gap.report.written import again, changed, file_model, leanest, text_of, widths_of
@@ -25,7 +26,7 @@ from gap.search.hold_out_sizes import on_hold_out
 from gap.search.screen import screen_sizes
 from gap.search.search_state import Search
 from gap.search.settings import Settings
-from gap.search.verdict import Verdict, channel_rms, confidence, verdict
+from gap.search.verdict import Verdict, channel_rms, confidence, verdict, with_steps
 from gap.search.visible import checked
 from gap.search.weak_names import weighed
 
@@ -60,16 +61,18 @@ def concluded(
     text, rest_left = _kept(text, state, rest_left, final, settings, tell)
     places = localise(nominal, names, state.first_screening, loaded.rig)
     _smallest(state, tell)
+    found = [finding(state, step, lean, widths, word) for step in state.steps] + [step_finding(item) for item in state.coarse]
+    word = with_steps(word, state.coarse)
+    text = with_step_lines(text, state.coarse)  # only now: what was judged reads more finely, and the steps count as noise
     parts = {
         "parameters": constants(state.current.model, half_width, steady),
         "gap": _gap(names, nominal, final, refit, logs),
         "remainder": rest_left,
-        "not_seen": not_seen(state.screening, [s.trial.candidate for s in state.steps]),
+        "not_seen": not_seen(state.screening, {(item["effect"], item["where"]) for item in found}),
         "next_maneuver": next_of(loaded, state, word, tell) if settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
         "temperatures": _temperatures(state, lean, tell),
     }
-    found = [finding(state, step, lean, widths, word) for step in state.steps]
     content = document(word, places, found, parts, logs)
     return Found(loaded, names, state, nominal, final, half_width, word, places, problems, text, content)
 

@@ -22,6 +22,7 @@ import numpy as np
 from config.errors import LogError, PlantError
 from config.load import LoadedRig, load_rig
 from gap.conclusion import concluded
+from gap.data.coarse_steps import CoarseStep, coarse_steps
 from gap.data.data_check import DataProblem, check, refuse_pairing, same_maneuver
 from gap.data.measured import Measured, load
 from gap.fitting.evaluation import Evaluation
@@ -34,6 +35,7 @@ from gap.report.report import write_report
 from gap.report.unseen import unseen
 from gap.search.last_look import last_look
 from gap.search.opening import experiments_of, started
+from gap.search.search_state import Search
 from gap.search.settings import Settings
 from gap.search.within_priors import search_within_priors
 from tuning.record_file import write_whole
@@ -86,6 +88,7 @@ def search_gap(
     faults = _beside_model(nominal, names, tell)
     if not any(fault.fatal for fault in faults):
         state = last_look(search_within_priors(state, tell), tell)
+        state.coarse = _coarse(loaded, fit_logs, holdout_logs, state)
     problems += faults
     return concluded(loaded, names, state, nominal, problems, [*fit_logs, *holdout_logs], settings, tell)
 
@@ -98,6 +101,13 @@ def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
         place = f"{fatal[0].where}: {fatal[0].channel}" if fatal[0].channel else fatal[0].where
         raise LogError(fatal[0].what + more, where=place, next_step="No verdict about the plant can be given from this log.")
     return problems
+
+
+def _coarse(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], state: Search) -> tuple[CoarseStep, ...]:
+    """Readings in steps that neither the rig file nor the search has."""
+    named = {step.trial.candidate.label for step in state.steps}
+    found = coarse_steps(fit_logs, holdout_logs, loaded.rig)
+    return tuple(item for item in found if f"sensor_quantization at {item.where}" not in named)
 
 
 def _beside_model(nominal: Sequence[Evaluation], names: list[str], tell: Tell) -> list[DataProblem]:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from importlib.metadata import version
 from typing import Any
 
+from gap.data.coarse_steps import CoarseStep
 from gap.data.measured import Array, Measured
 from gap.fitting.model import Model
 from gap.report.localise import Place
 from gap.report.model_file import width_key
 from gap.report.steadiness import Steadiness
-from gap.search.candidates import Candidate
 from gap.search.look_alikes import look_alikes
 from gap.search.screen import Screening
 from gap.search.search_state import Search, Step
+from gap.search.shapes import SENSOR
 from gap.search.trial import Trial
 from gap.search.verdict import ALARM, Verdict
 from sim_backend.effects.registry import REGISTRY
@@ -40,6 +41,21 @@ def finding(state: Search, step: Step, model: Model, widths: Mapping[str, float]
         "look_alikes": [_look_alike(trial) for trial in alike],
         "fingerprint": REGISTRY[candidate.effect].fingerprint,
         "equation": candidate.equation,
+    }
+
+
+def step_finding(item: CoarseStep) -> dict[str, Any]:
+    """An effect that the values of the logs show without any simulation."""
+    return {
+        "effect": "sensor_quantization",
+        "where": item.where,
+        "confirmed": True,
+        "parameters": {"step": number(item.step, 0.0, item.unit)},
+        "holdout_gain": _short(item.gain),
+        "t": _short(item.t),
+        "look_alikes": [],
+        "fingerprint": REGISTRY["sensor_quantization"].fingerprint,
+        "equation": SENSOR,
     }
 
 
@@ -68,13 +84,12 @@ def constants(model: Model, half_width: Array, steady: Sequence[Steadiness]) -> 
     return found
 
 
-def not_seen(screening: Screening | None, accepted: Sequence[Candidate]) -> list[dict[str, Any]]:
-    """Every effect that was looked for and not named, with the smallest size that would have shown."""
-    names = {(c.effect, c.where) for c in accepted}
+def not_seen(screening: Screening | None, named: Set[tuple[str, str]]) -> list[dict[str, Any]]:
+    """Every effect that was looked for and not named (effect and place), with the smallest size that would have shown."""
     rows = []
     for s in screening.signatures if screening else ():
         c = s.candidate
-        if (c.effect, c.where) not in names:
+        if (c.effect, c.where) not in named:
             size = _short(s.smallest_visible) if math.isfinite(s.smallest_visible) else None
             parameter = c.free[0].key if c.free else ""
             rows.append({"effect": c.effect, "where": c.where, "parameter": parameter, "smallest_visible": size, "unit": s.unit})

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from config.load import apply_overrides
 from config.yaml_tree import entry, parse
+from gap.data.coarse_steps import CoarseStep
 from gap.data.measured import Array
 from gap.fitting.model import Free, Model
 from gap.search.search_state import Step
@@ -45,6 +46,15 @@ def effect_line(model: Model, step: Step, widths: Mapping[str, float], remark: s
     spans = ", ".join(f"{key} ±{widths[width_key(step, key)]:.2g}" for key in free)
     inside = ", ".join(f"{key}: {value}" for key, value in values.items())
     return f"- {{{inside}}}  # [gap] {remark}{'; 95%: ' + spans if spans else ''}"
+
+
+def with_step_lines(text: str, coarse: Sequence[CoarseStep]) -> str:
+    """The text with an effect line for every reading whose steps the data show."""
+    for item in coarse:
+        values = f"effect: sensor_quantization, where: {item.where}, step: {written(item.step)} {item.unit}"
+        remark = "longreach gap find, confirmed: every value of every log lies on these steps"
+        text = with_effect_line(text, f"- {{{values}}}  # [gap] {remark}")
+    return text
 
 
 def width_key(step: Step, parameter: str) -> str:

@@ -40,14 +40,16 @@ def _head(found: Found) -> str:
 
 def _findings(found: Found) -> str:
     rows, notes = [], []
-    for item, step in zip(found.content["findings"], found.state.steps, strict=True):
+    records = [_record(found, step) for step in found.state.steps]
+    records += ["Read off the logs, not fitted."] * len(found.state.coarse)
+    for item, record in zip(found.content["findings"], records, strict=True):
         values = "; ".join(
             f"{key} = {p['value']} {p['unit']} (95%: {p['ci95'][0]} to {p['ci95'][1]})" for key, p in item["parameters"].items()
         )
         alike = ", ".join(f"{x['effect']} at {x['where']} (gain {x['holdout_gain']})" for x in item["look_alikes"]) or "none"
         grade = "confirmed" if item["confirmed"] else "tentative"
         rows.append([f"{item['effect']} at {item['where']}", grade, item["equation"], values, item["holdout_gain"], item["t"], alike])
-        notes.append(paragraph(f"{item['effect']} at {item['where']}: {item['fingerprint']} {_record(found, step)}"))
+        notes.append(paragraph(f"{item['effect']} at {item['where']}: {item['fingerprint']} {record}"))
     if not rows:
         return "<h2>Findings</h2>" + paragraph("No missing effect is named.")
     return "<h2>Findings</h2>" + table(["effect", "", "equation", "parameters", "gain", "t", "look-alikes"], rows) + "".join(notes)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from config.effect_entry import EffectEntry
+from gap.data.coarse_steps import CoarseStep
 from gap.data.windows import Experiment
 from gap.fitting.evaluation import Costing, Evaluation, mean_cost
 from gap.fitting.fit import Fit
@@ -48,6 +49,7 @@ class Search:
     screening: Screening | None = None
     first_screening: Screening | None = None
     last_trials: tuple[Trial, ...] = ()
+    coarse: tuple[CoarseStep, ...] = ()  # readings in steps that the rig file does not have, seen in the data themselves
     strained: tuple[str, ...] = ()  # constants that would explain the gap without the effects, far beyond their priors
 
     @property

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.data.coarse_steps import CoarseStep
 from gap.data.measured import Array
 from gap.fitting.evaluation import NO_GAP, Costing, Evaluation, mean_cost
 from gap.fitting.fit import Fit, covariance
@@ -37,6 +38,7 @@ def verdict(state: Search, before: float, refit: float, after: float, unsteady: 
     `unsteady`: changed constants that are not the same in every log, in words."""
     if state.steps:
         return _named(state, before, refit, after)
+    other = "other effect" if state.coarse else "effect"
     alarms = alarmed(state.current)
     left = still_open(state.nominal.evaluations)
     if before <= NO_GAP and left:
@@ -50,11 +52,20 @@ def verdict(state: Search, before: float, refit: float, after: float, unsteady: 
         far = f" Beyond {ALARM:g} prior standard deviations: {', '.join(alarms)}." if alarms else ""
         moved = f"Other values of the rig's constants alone bring the hold-out from {before:.3g} to {refit:.3g} noise floors"
         left = still_open(state.current.evaluations)
-        rest = f", but {left}: the hold-out shows less of the gap." if left else "." if unsteady else "; no effect is missing."
+        rest = f", but {left}: the hold-out shows less of the gap." if left else "." if unsteady else f"; no {other} is missing."
         hides = f" But {unsteady}: a missing effect may hide there." if unsteady else ""
         return Verdict("parameter_mismatch", f"{moved}{rest}{hides}{far}", not (alarms or left or unsteady))
-    why = f"The hold-out stays at {refit:.3g} noise floors with the best constants, and no known effect passes the gates."
+    why = f"The hold-out stays at {refit:.3g} noise floors with the best constants, and no known {other} passes the gates."
     return Verdict("unknown", why, False)
+
+
+def with_steps(word: Verdict, coarse: Sequence[CoarseStep]) -> Verdict:
+    """The verdict of the search beside readings whose steps the data show by themselves: these are named however the rest ends."""
+    if not coarse or word.word == "data_problem":
+        return word
+    said = "; ".join(item.text() for item in coarse)
+    plain = word.word in ("no_gap", "parameter_mismatch")
+    return Verdict("named" if plain else word.word, f"{said}. {word.why}", word.confirmed)
 
 
 def _named(state: Search, before: float, refit: float, after: float) -> Verdict:
