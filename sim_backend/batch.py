@@ -10,36 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim_backend import kernel
-from sim_backend.compiled import Function
-from sim_backend.layout import (
-    D_STRIDE,
-    DIFFERENTIAL,
-    J_START,
-    J_STRIDE,
-    RING,
-    S_START,
-    S_STRIDE,
-    SENSOR_START,
-    SENSOR_STRIDE,
-    SLOTS,
-    C,
-    D,
-    H,
-    J,
-    S,
-    Signal,
-    Vector,
-    X,
-)
+from sim_backend.compiled import released
+from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, S_START, S_STRIDE, SLOTS, C, D, H, J, S, Vector, X
+from sim_backend.measured_state import correct, move
 from sim_backend.parameters import Parameters
 from sim_backend.rates import IMPOSED
 from sim_backend.sensors import raw_counts
 from sim_backend.valve import spool_command
-from sim_backend.work import W_STRIDE, WORK, W
+from sim_backend.work import W_STRIDE, WORK, W, copy, scratch
 
 TARGETS = 8  # measured at every row: two positions, two velocities, tip deflection and its rate, two accelerations
 _UNROUNDED = 1e-6  # share of the declared resolution to which readings are rounded here: out of sight, kept for its range
@@ -91,14 +72,17 @@ def carry(start: Vector, p: Vector, plan: WindowPlan, keep: bool = False, entere
     kept = np.empty((len(plan.starts) if keep else 0, start.size))
     entries = np.full(len(plan.starts), -1) if plan.entries is None or entered is None else plan.entries
     states = np.empty((0, start.size)) if entered is None else entered
-    _carry(start.copy(), p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets, entries, states, out, kept)
+    plays = (start[H.PLAY : H.PLAY + SLOTS].copy(), np.zeros(SLOTS, np.int64))
+    cut = (plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets)
+    _carry(start.copy(), p, np.zeros(WORK), scratch(), plays, *cut, entries, states, out, kept)
     return out * _resolutions(p), kept
 
 
 def restart(kept: Array, p: Vector, plan: WindowPlan, state: int, change: float) -> Array:
     """Readings as those of `carry`, every window from its kept state with differential state number `state` moved by `change`."""
     out = np.empty((len(plan.starts), plan.samples, int(p[C.SENSORS])))
-    _restart(kept, p, plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets, state, change, out)
+    cut = (plan.commands_V, plan.starts, plan.rows, plan.every, plan.period_s, plan.targets)
+    _restart(np.empty(kept.shape[1]), kept, p, np.zeros(WORK), scratch(), *cut, state, change, out)
     return out * _resolutions(p)
 
 
@@ -107,12 +91,7 @@ def _resolutions(p: Vector) -> Vector:
     return p[S_START + S.RESOLUTION : S_START + count * S_STRIDE : S_STRIDE]
 
 
-def _released(function: Function) -> Function:
-    """As compiled(), but free of the interpreter lock, so that threads run beside each other."""
-    return njit(cache=True, error_model="numpy", nogil=True)(function)  # type: ignore[no-any-return]
-
-
-@_released
+@released
 def _impose(x: Vector, p: Vector, w: Vector, targets: Array, row: int) -> None:
     """Put the joints whose motion is imposed on their measured motion."""
     for slot in range(SLOTS):
@@ -122,7 +101,7 @@ def _impose(x: Vector, p: Vector, w: Vector, targets: Array, row: int) -> None:
             w[slot * W_STRIDE + W.IMPOSED_ACCELERATION] = targets[row, 6 + slot]
 
 
-@_released
+@released
 def _rows(
     x: Vector,
     p: Vector,
@@ -145,67 +124,7 @@ def _rows(
         kernel.advance(x, p, w, scratch, commands[row, 0], commands[row, 1], period_s)
 
 
-@_released
-def _move_readings(x: Vector, p: Vector, signal: int, change: float) -> None:
-    """Move the lag and delay line of the sensors of one signal with the state they measure."""
-    for number in range(int(p[C.SENSORS])):
-        if int(p[S_START + number * S_STRIDE + S.SIGNAL]) == signal:
-            at = SENSOR_START + number * SENSOR_STRIDE
-            x[at] += change
-            for k in range(RING):
-                x[at + 3 + k] += change
-
-
-@_released
-def _move(x: Vector, p: Vector, state: int, change: float) -> None:
-    """Move one differential state, and what goes with it."""
-    x[state] += change
-    for slot in range(SLOTS):
-        if state == slot * D_STRIDE + D.POSITION:
-            x[slot * D_STRIDE + D.ACTUATOR_POSITION] += change
-            _move_readings(x, p, Signal.POSITION + slot, change)
-            _move_readings(x, p, Signal.SECOND_POSITION + slot, change)
-        if state == slot * D_STRIDE + D.VELOCITY:
-            x[slot * D_STRIDE + D.ACTUATOR_VELOCITY] += change
-    if state == X.SHAPE_1:
-        _move_readings(x, p, Signal.TIP_DEFLECTION, change)
-
-
-@_released
-def _true_motion(p: Vector, signal: int, targets: Array, row: int, column: int, rate_column: int, period_s: float) -> tuple[float, float]:
-    """True value and rate at a row, as far as the model knows the sensor: what a late sensor shows later is true now."""
-    factor, offset, shift = 1.0, 0.0, 0.0
-    for number in range(int(p[C.SENSORS])):
-        q = S_START + number * S_STRIDE
-        if int(p[q + S.SIGNAL]) == signal:
-            factor = p[q + S.POLARITY] * p[q + S.SCALE]
-            offset = p[q + S.OFFSET] + p[q + S.BIAS]
-            shift = min(p[q + S.DELAY] / period_s, targets.shape[0] - 2.0 - row)
-    later = row + int(shift)
-    part = shift - int(shift)
-    value = (1.0 - part) * targets[later, column] + part * targets[later + 1, column]
-    rate = (1.0 - part) * targets[later, rate_column] + part * targets[later + 1, rate_column]
-    return (value - offset) / factor, rate / factor
-
-
-@_released
-def _correct(x: Vector, p: Vector, targets: Array, row: int, period_s: float) -> None:
-    """Put the measured states where the measurement says they are."""
-    for slot in range(SLOTS):
-        if not np.isnan(targets[row, slot]):
-            position, velocity = _true_motion(p, Signal.POSITION + slot, targets, row, slot, 2 + slot, period_s)
-            if np.isnan(position):
-                continue
-            _move(x, p, slot * D_STRIDE + D.POSITION, position - x[slot * D_STRIDE + D.POSITION])
-            _move(x, p, slot * D_STRIDE + D.VELOCITY, velocity - x[slot * D_STRIDE + D.VELOCITY])
-    if p[C.BENDING_STIFFNESS] > 0.0 and not np.isnan(targets[row, 4]):
-        value, rate = _true_motion(p, Signal.TIP_DEFLECTION, targets, row, 4, 5, period_s)
-        if not np.isnan(value):
-            _move(x, p, X.SHAPE_1, value - x[X.SHAPE_1])
-            x[X.SHAPE_1_RATE] = rate
-
-
-@_released
+@released
 def _played(play: float, p: Vector, slot: int, commands: Array, first: int, last: int, temperature_C: float) -> float:
     """State of a slot's hysteresis after the commands of these rows: it follows from the commands alone, whatever the plant did."""
     for row in range(first, last):
@@ -213,10 +132,13 @@ def _played(play: float, p: Vector, slot: int, commands: Array, first: int, last
     return play
 
 
-@_released
+@released
 def _carry(
     x: Vector,
     p: Vector,
+    w: Vector,
+    scratch: tuple[Vector, Vector, Vector],
+    plays: tuple[Vector, NDArray[np.int64]],
     commands: Array,
     starts: NDArray[np.int64],
     rows: int,
@@ -228,36 +150,38 @@ def _carry(
     out: Array,
     kept: Array,
 ) -> None:
-    w = np.zeros(WORK)
-    scratch = (np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL))
-    nothing = np.empty((0, out.shape[2]))
-    x[H.RESERVOIR : H.OIL + 1] += p[C.INITIAL_TEMPERATURE] - x[H.OIL]
+    """`plays`: of every slot, the hysteresis after the commands up to a row, and that row."""
+    warmer = p[C.INITIAL_TEMPERATURE] - x[H.OIL]
+    for k in range(H.RESERVOIR, H.OIL + 1):
+        x[k] += warmer
     x[X.SUPPLY_PRESSURE] = p[C.SUPPLY_PRESSURE]
     x[H.SENSE_PERIOD] = 0.0  # the sensors' lags are those of `p`
-    row = 0
-    play, played = np.array([x[H.PLAY], x[H.PLAY + 1]]), np.zeros(SLOTS, np.int64)
+    row, (play, played) = 0, plays
     for i in range(starts.size):
         if entries[i] >= 0:
             row = entries[i]
-            x[:] = entered[i]
+            copy(entered[i], x)
             x[H.SENSE_PERIOD] = 0.0
             for slot in range(SLOTS):
                 arrived = max(row - int(p[J_START + slot * J_STRIDE + J.DELAY] / period_s), played[slot])
                 play[slot] = _played(play[slot], p, slot, commands, played[slot], arrived, x[H.OIL])
                 x[H.PLAY + slot], played[slot] = play[slot], arrived
-            _correct(x, p, targets, row, period_s)
-        _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, targets, nothing)
-        _correct(x, p, targets, starts[i], period_s)
+            correct(x, p, targets, row, period_s)
+        _rows(x, p, w, scratch, commands, row, starts[i], every, period_s, targets, out[i, :0])
+        correct(x, p, targets, starts[i], period_s)
         if kept.shape[0] > 0:
-            kept[i] = x
+            copy(x, kept[i])
         row = starts[i] + rows
         _rows(x, p, w, scratch, commands, starts[i], row, every, period_s, targets, out[i])
 
 
-@_released
+@released
 def _restart(
+    x: Vector,
     kept: Array,
     p: Vector,
+    w: Vector,
+    scratch: tuple[Vector, Vector, Vector],
     commands: Array,
     starts: NDArray[np.int64],
     rows: int,
@@ -268,9 +192,7 @@ def _restart(
     change: float,
     out: Array,
 ) -> None:
-    w = np.zeros(WORK)
-    scratch = (np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL))
     for i in range(starts.size):
-        x = kept[i].copy()
-        _move(x, p, state, change)
+        copy(kept[i], x)
+        move(x, p, state, change)
         _rows(x, p, w, scratch, commands, starts[i], starts[i] + rows, every, period_s, targets, out[i])

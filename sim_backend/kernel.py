@@ -30,7 +30,7 @@ from sim_backend.rates import rates
 from sim_backend.sensors import follow_sensors, raw_counts, true_signals
 from sim_backend.thermal import temperature_terms, thermal_step, thinning
 from sim_backend.valve import spool_command
-from sim_backend.work import LINK_DAMPING, SIGNAL_START, W_STRIDE, W
+from sim_backend.work import LINK_DAMPING, SIGNAL_START, W_STRIDE, W, copy
 
 _HALF_UP = 1e-9  # a period of exactly n steps must not be cut into n + 1 by rounding
 
@@ -174,8 +174,8 @@ def run(
     Row k of the results is the plant at the start of period k, before command k acts; the log has the same convention.
     """
     for i in range(commands.shape[0]):
-        states[i, :] = x[:DIFFERENTIAL]
-        signals[i, :] = w[SIGNAL_START : SIGNAL_START + signals.shape[1]]
+        copy(x, states[i])
+        copy(w[SIGNAL_START:], signals[i])
         if counts.shape[0] > 0:
             raw_counts(x, p, period_s, counts[i])
         advance(x, p, w, scratch, commands[i, 0], commands[i, 1], period_s)

@@ -13,7 +13,7 @@ from sim_backend import compile_cache, kernel, servo_run
 from sim_backend.layout import D_STRIDE, DIFFERENTIAL, J_START, J_STRIDE, SIGNALS, SLOTS, STATES, C, D, H, J, X
 from sim_backend.parameters import Parameters
 from sim_backend.sensors import raw_counts, start_sensors
-from sim_backend.work import SIGNAL_START, WORK
+from sim_backend.work import SIGNAL_START, WORK, scratch
 
 _SETTLE_S = 2.0
 _SETTLE_PERIOD_S = 0.01
@@ -36,7 +36,7 @@ class SimulatedRig:
         self.channels: tuple[str, ...] = tuple(self.parameters.sensors)
         self.state: NDArray[np.float64] = np.zeros(STATES)
         self._work: NDArray[np.float64] = np.zeros(WORK)
-        self._scratch = (np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL))
+        self._scratch = scratch()
         self._counts: NDArray[np.float64] = np.zeros(len(self.channels))
         self._slots = tuple(self.parameters.slots[name] for name in self.joints)
         self._seed = seed

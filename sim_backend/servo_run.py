@@ -19,6 +19,13 @@ COLUMNS = ("flow", "reservoir_temperature", "supply_temperature", "return_temper
 
 
 @compiled
+def servo_volts(x: Vector, references: Array, servos: Array, i: int, slot: int) -> float:
+    """Command of one slot's servo to the references of row i."""
+    wanted = servos[slot, 0] * (references[i, slot] - x[slot * D_STRIDE + D.POSITION]) + servos[slot, 1] * references[i, SLOTS + slot]
+    return float(min(max(wanted, -servos[slot, 2]), servos[slot, 2]))
+
+
+@compiled
 def servo_run(
     x: Vector,
     p: Vector,
@@ -36,20 +43,16 @@ def servo_run(
     """
     every = references.shape[0] // out.shape[0]
     taken = x[D.SUPPLY_VOLUME] + x[D_STRIDE + D.SUPPLY_VOLUME]
-    volts, total = np.zeros(SLOTS), np.zeros(out.shape[1])
-    for i in range(out.shape[0] * every):
-        for slot in range(SLOTS):
-            wanted = (
-                servos[slot, 0] * (references[i, slot] - x[slot * D_STRIDE + D.POSITION]) + servos[slot, 1] * references[i, SLOTS + slot]
-            )
-            volts[slot] = min(max(wanted, -servos[slot, 2]), servos[slot, 2])
-        kernel.advance(x, p, w, scratch, volts[0], volts[1], period_s)
-        total[1] += x[H.RESERVOIR]
-        total[2] += supply_port(x)
-        total[3] += x[H.RETURN_OIL]
-        total[4] += x[H.METAL]
-        if (i + 1) % every == 0:
-            before, taken = taken, x[D.SUPPLY_VOLUME] + x[D_STRIDE + D.SUPPLY_VOLUME]
-            total[0] = (taken - before) / period_s
-            out[i // every, :] = total / every
-            total[:] = 0.0
+    for row in range(out.shape[0]):
+        out[row, :] = 0.0
+        for i in range(row * every, (row + 1) * every):
+            volts_0, volts_1 = servo_volts(x, references, servos, i, 0), servo_volts(x, references, servos, i, 1)
+            kernel.advance(x, p, w, scratch, volts_0, volts_1, period_s)
+            out[row, 1] += x[H.RESERVOIR]
+            out[row, 2] += supply_port(x)
+            out[row, 3] += x[H.RETURN_OIL]
+            out[row, 4] += x[H.METAL]
+        before, taken = taken, x[D.SUPPLY_VOLUME] + x[D_STRIDE + D.SUPPLY_VOLUME]
+        out[row, 0] = (taken - before) / period_s
+        for column in range(out.shape[1]):
+            out[row, column] /= every

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from sim_backend.layout import SIGNALS, SLOTS
+import numpy as np
+
+from sim_backend.compiled import compiled
+from sim_backend.layout import DIFFERENTIAL, SIGNALS, SLOTS, Vector
 
 
 class W(IntEnum):
@@ -34,3 +37,15 @@ RETURN_AT_VALVE = SUPPLY_AT_VALVE + SLOTS
 SIGNAL_START = RETURN_AT_VALVE + SLOTS  # true values in the order of layout.Signal
 LINK_DAMPING = SIGNAL_START + SIGNALS  # modal damping per modal stiffness number
 WORK = LINK_DAMPING + 1
+
+
+def scratch() -> tuple[Vector, Vector, Vector]:
+    """What a Runge-Kutta step needs besides the work vector: the state in between, its rates and their sum."""
+    return np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL)
+
+
+@compiled
+def copy(source: Vector, target: Vector) -> None:
+    """Write the first numbers of `source` into the whole of `target`; they must not overlap (an assignment would allocate for that)."""
+    for i in range(target.shape[0]):
+        target[i] = source[i]
