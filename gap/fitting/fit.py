@@ -99,11 +99,12 @@ def settled(done: Fit, experiments: Sequence[Experiment], costs: Costing, steps:
     return done, costs
 
 
-def polished(done: Fit, nominal: Sequence[Evaluation], costs: Costing) -> tuple[Fit, Costing]:
+def polished(done: Fit, nominal: Sequence[Evaluation], costs: Costing, good: float = NO_GAP) -> tuple[Fit, Costing]:
     """The fit taken on with sensitivities and start states of its own, where it has left little of a large gap: far from where they were
-    taken, old ones end it beside the best place, and what is left there looks like a missing effect."""
+    taken, old ones end it beside the best place, and what is left there looks like a missing effect. `good`: cost of a fit that is left
+    as it is."""
     for _ in range(POLISHINGS):
-        if done.cost <= NO_GAP or done.cost - 1.0 > LITTLE * (mean_cost(nominal) - 1.0):
+        if done.cost <= good or done.cost - 1.0 > LITTLE * (mean_cost(nominal) - 1.0):
             break
         vector = done.model.vector()
         experiments = [remembering(e.experiment, vector) for e in done.evaluations]
@@ -111,7 +112,7 @@ def polished(done: Fit, nominal: Sequence[Evaluation], costs: Costing) -> tuple[
         gained = done.cost - further.cost
         if gained > 0.0:
             done, costs = further, recounted(costs, further.evaluations)
-        if gained < ENDED * (done.cost - 1.0):
+        if gained < ENDED * max(done.cost - 1.0, NO_GAP - 1.0):
             break
     return done, costs
 

@@ -11,7 +11,7 @@ from gap.search.acceptance import Tell, accept, drop_superfluous, swap
 from gap.search.candidates import candidates
 from gap.search.screen import Screening, Signature, screen
 from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step
-from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial
+from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial, polished_trial
 from gap.search.turned import turned_trials
 
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
@@ -34,7 +34,7 @@ def search(state: Search, tell: Tell) -> Search:
         screening = screen(plain.current, state.costs, found, state.seen_at, tell)
         state.first_screening = state.first_screening or screening
         state.last_trials = tuple(sorted(_trials(state, plain, screening, tell), key=lambda trial: trial.cost))
-        step = _decide(state, len(found))
+        step = _decide(state, len(found)) or _second_look(state, len(found), tell)
         taken = accept(state, step, tell) if step else None
         if taken is None:
             break
@@ -77,6 +77,21 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
         tell(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
         trials.append(trial)
     return trials
+
+
+def _second_look(state: Search, tried: int, tell: Tell) -> Step | None:
+    """Before nothing is named: the best candidates fitted on as the constants have been, with sensitivities and start states of their own.
+    Fits of a few steps with older ones end beside the best place, and beside friction of another form that costs the votes. Only for
+    a first effect: later ones would be compared with constants that had no such fit."""
+    if state.steps:
+        return None
+    own = sorted((t for t in state.last_trials if t.own and t.beside is None), key=lambda t: t.cost)[:LEADING]
+    further = [polished_trial(state.base, trial, state.nominal) for trial in own]
+    for trial in further:
+        tell(f"  {trial.candidate.label}, fitted further: hold-out {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
+    rest = [t for t in state.last_trials if all(t is not other for other in own)]
+    state.last_trials = tuple(sorted([*further, *rest], key=lambda trial: trial.cost))
+    return _decide(state, tried)
 
 
 def least_t(tried: int) -> float:

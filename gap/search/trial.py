@@ -12,7 +12,7 @@ from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, mean_cost
-from gap.fitting.fit import Fit, covariance, fit
+from gap.fitting.fit import Fit, covariance, fit, polished
 from gap.fitting.initial_states import Projection, marginalised
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected
@@ -105,6 +105,12 @@ def own_trial(base: Base, trial: Trial, others: Sequence[Fit]) -> Trial:
         if effects(model):
             fits.append(_effects_fitted(base, moved, other, own))
     return replace(_judged(base, trial.candidate, min(fits, key=lambda done: done.cost), None), own=True)
+
+
+def polished_trial(base: Base, trial: Trial, nominal: Fit) -> Trial:
+    """The same candidate with all numbers fitted on, sensitivities and start states renewed on the way."""
+    done, _ = polished(trial.fit, nominal.evaluations, base.costs)
+    return trial if done is trial.fit else replace(_judged(base, trial.candidate, done, None), own=True)
 
 
 def _effects_fitted(base: Base, moved: Model, other: Fit, own: Sequence[Projection]) -> Fit:

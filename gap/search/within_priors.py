@@ -60,8 +60,9 @@ def _let_go(found: Search, own: Model, tell: Tell) -> Search:
 
 
 def _taken_on(state: Search, tell: Tell) -> Search:
-    """The constants' fit taken on where it may not have come to its end."""
-    done, costs = polished(state.current, state.nominal.evaluations, state.costs)
+    """The constants' fit taken on where it may not have come to its end; also a good one that does not predict the hold-out as well."""
+    good = NO_GAP if state.cost <= NO_GAP else 0.0
+    done, costs = polished(state.current, state.nominal.evaluations, state.costs, good)
     if done is state.current:
         return state
     seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
