@@ -12,7 +12,7 @@ from gap.fitting.fit import CONVERGED, Fit, fit, settled
 from gap.fitting.initial_states import marginalised
 from gap.fitting.simulate import remembering
 from gap.search.screen import points
-from gap.search.search_state import Search, Step
+from gap.search.search_state import Rest, Search, Step
 from gap.search.trial import Base, effects, effects_only, first_trial, has_size, own_trial
 from gap.search.verdict import CLOSED
 
@@ -88,7 +88,7 @@ def swap(state: Search, tell: Tell) -> None:
         if rest is None:
             continue
         rival = min(rivals, key=lambda t: t.cost)
-        base = Base(state.experiments, state.holdouts, state.costs, rest, on_holdouts(state, rest))
+        base = Base(state.experiments, state.holdouts, state.costs, rest.fit, rest.seen)
         trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.model)), [])
         if paired_t(state.seen, trial.holdout) > KEEP_T:
             tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
@@ -102,22 +102,27 @@ def drop_superfluous(state: Search, tell: Tell) -> None:
         rest = without(state, step.entry)
         if rest is None:
             continue
-        seen = on_holdouts(state, rest)
-        if paired_t(seen, state.seen) < KEEP_T:
+        if paired_t(rest.seen, state.seen) < KEEP_T:
             tell(f"dropped: {step.trial.candidate.label} explains nothing that the others do not")
             state.steps.remove(step)
-            refit(state, rest, tell)
+            refit(state, rest.fit, tell)
 
 
-def without(state: Search, entry: EffectEntry) -> Fit | None:
-    """The current model refitted without one of its effects; None when that is not in it."""
+def without(state: Search, entry: EffectEntry) -> Rest | None:
+    """The current model refitted without one of its effects; None when that is not in it. Asked again of the same model (by the exchange,
+    the drop and the last weighing of a name) it is not fitted again."""
     model = state.current.model
     if not any(other is entry for other in model.added):
         return None
-    gone = set(model.of_effect(entry))
-    keep = [k for k in range(len(model.free)) if k not in gone]
-    smaller = model.without_effect(entry)
-    return fit(smaller, state.experiments, state.costs, effects(smaller), [columns[keep] for columns in state.current.jacobian], steps=4)
+    known = next((rest for rest in state.rests if rest.of is state.current and rest.entry is entry), None)
+    if known is None:
+        gone = set(model.of_effect(entry))
+        keep = [k for k in range(len(model.free)) if k not in gone]
+        smaller, jacobian = model.without_effect(entry), [columns[keep] for columns in state.current.jacobian]
+        done = fit(smaller, state.experiments, state.costs, effects(smaller), jacobian, steps=4)
+        known = Rest(state.current, entry, done, on_holdouts(state, done))
+        state.rests = [*(rest for rest in state.rests if rest.of is state.current), known]
+    return known
 
 
 def on_holdouts(state: Search, done: Fit) -> tuple[Evaluation, ...]:

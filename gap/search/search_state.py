@@ -32,6 +32,16 @@ class Step:
     weak: str = ""  # why the name stays tentative even where the gap is closed
 
 
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """What is left of the model `of` without one of its effects: fitted again, and on the hold-out."""
+
+    of: Fit
+    entry: EffectEntry
+    fit: Fit
+    seen: tuple[Evaluation, ...]
+
+
 @dataclass(slots=True)
 class Search:
     """The course of a search, from the refitted nominal model to the final one."""
@@ -50,6 +60,7 @@ class Search:
     first_screening: Screening | None = None
     last_trials: tuple[Trial, ...] = ()
     coarse: tuple[CoarseStep, ...] = ()  # readings in steps that the rig file does not have, seen in the data themselves
+    rests: list[Rest] = field(default_factory=list)
     strained: tuple[str, ...] = ()  # constants that would explain the gap without the effects, far beyond their priors
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.fitting.evaluation import NO_GAP, mean_cost
-from gap.search.acceptance import on_holdouts, without
+from gap.search.acceptance import without
 from gap.search.search_state import Search, Step
 from gap.search.trial import FLOOR, clear_of_neutral, sized_by
 from gap.search.verdict import CLEAR, CLOSED
@@ -49,6 +49,6 @@ def _unneeded(state: Search, step: Step) -> str:
     rest = without(state, step.entry)
     if rest is None:
         return ""
-    left = mean_cost(on_holdouts(state, rest))
+    left = mean_cost(rest.seen)
     needed = left > NO_GAP and state.cost - FLOOR <= CLEAR * (left - FLOOR)
     return "" if needed else f"is hardly needed (hold-out without it {left:.3g})"

@@ -10,6 +10,7 @@ from finished_search import finished, quiet
 
 from gap.report.findings import finding
 from gap.report.model_file import width_key
+from gap.search.acceptance import without
 from gap.search.search_state import Search
 from gap.search.verdict import CLOSED, Verdict, confidence, verdict
 from gap.search.weak_names import weighed
@@ -49,6 +50,14 @@ def test_an_effect_of_certain_size_that_the_others_hardly_need_is_not_confirmed(
     found = replace(state, steps=weighed(state, sure, quiet))
     assert found.steps[0].weak == ""
     assert found.steps[1].weak.startswith("is hardly needed (hold-out without it ")
+
+
+def test_the_rest_without_an_effect_is_fitted_once(state: Search) -> None:
+    rest = without(state, state.steps[1].entry)
+    assert rest is not None
+    assert without(state, state.steps[1].entry) is rest
+    moved = replace(state, current=replace(state.current))
+    assert without(moved, state.steps[1].entry) is not rest
 
 
 def test_names_of_an_open_gap_are_not_weighed(state: Search) -> None:
