@@ -16,6 +16,8 @@ from gap.search.turned import turned_trials
 
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
 CLOSING_T = 2.0  # enough for a candidate that takes nearly all of the gap
+HALF, HALF_T = 0.5, 2.5  # enough for one that takes half of a gap …
+PLAIN_DROP = 0.2  # … of at least so many noise floors, which constants fitted to their end do not leave by chance
 CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
 MOST_EFFECTS = 4
 MOST = 0.8  # gain of a first trial after which candidates with hardly any signature of the gap need no fit
@@ -100,9 +102,17 @@ def least_t(tried: int) -> float:
 
 
 def passes(t: float, gain: float, drop: float, least: float) -> bool:
-    """Whether enough windows agree and the gain is worth an effect. A gap that stands in a few windows has few that can agree: what takes
-    all of it needs fewer."""
-    return t > (CLOSING_T if gain >= NEARLY_ALL else least) and gain >= LEAST_GAIN and drop >= LEAST_DROP
+    """Whether enough windows agree and the gain is worth an effect."""
+    return t > _needed_t(gain, drop, least) and gain >= LEAST_GAIN and drop >= LEAST_DROP
+
+
+def _needed_t(gain: float, drop: float, least: float) -> float:
+    """A gap that stands in a few windows has few that can agree, and friction of another form costs votes everywhere: what takes all of a
+    gap, or half of a plain one, needs fewer."""
+    if gain >= NEARLY_ALL:
+        return CLOSING_T
+    share = min(max((gain - LEAST_GAIN) / (HALF - LEAST_GAIN), 0.0), 1.0) if drop >= PLAIN_DROP else 0.0
+    return least - share * max(least - HALF_T, 0.0)
 
 
 def _decide(state: Search, tried: int) -> Step | None:

@@ -14,11 +14,17 @@ from gap.search.select import FALSE_ALARM, least_t, passes
 
 @pytest.mark.parametrize(
     ("t", "gain", "clear"),
-    [(3.4, 0.5, False), (3.9, 0.5, True), (2.5, 0.97, True), (1.9, 0.97, False), (2.5, 0.89, False)],
-    ids=["few windows", "enough windows", "few, but all of the gap", "hardly any", "few, and not all of it"],
+    [(3.7, 0.15, False), (3.9, 0.15, True), (2.4, 0.5, False), (2.6, 0.5, True), (3.2, 0.325, True), (2.1, 0.97, True), (1.9, 0.97, False)],
+    ids=["few", "enough", "few, but half of the gap", "enough for half", "between", "few, but all of the gap", "hardly any"],
 )
-def test_a_candidate_that_closes_the_gap_needs_fewer_windows(t: float, gain: float, clear: bool) -> None:
+def test_the_more_of_the_gap_a_candidate_takes_the_fewer_windows_it_needs(t: float, gain: float, clear: bool) -> None:
     assert passes(t, gain, drop=1.0, least=3.8) is clear
+
+
+def test_half_of_next_to_nothing_is_no_half() -> None:
+    """As on an effect-free log: 1.053 noise floors, of which an offset took 42 % with t = 3.0."""
+    assert not passes(3.0, 0.42, drop=0.022, least=3.8)
+    assert passes(3.0, 0.42, drop=0.3, least=3.8)
 
 
 @pytest.mark.parametrize(("gain", "drop"), [(0.1, 1.0), (0.5, 0.01)], ids=["a small share", "next to nothing"])
