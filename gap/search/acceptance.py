@@ -89,7 +89,7 @@ def swap(state: Search, tell: Tell) -> None:
             continue
         rival = min(rivals, key=lambda t: t.cost)
         base = Base(state.experiments, state.holdouts, state.costs, rest.fit, rest.seen)
-        trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.model)), [])
+        trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.fit.model)), [])
         if paired_t(state.seen, trial.holdout) > KEEP_T:
             tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
             state.steps[number] = Step(trial.fit.model.added[-1], trial, (step.trial,), ())
