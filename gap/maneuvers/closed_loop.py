@@ -36,15 +36,15 @@ class ClosedLoop:
     running: int  # rows of the run itself, at the end
 
 
-def measured_on(rig: Rig, maneuver: str | Mapping[str, Any]) -> Measured:
-    """Run a maneuver (name of a shipped one, a file, or its content) and return what sensors without noise would have logged.
+def measured_on(rig: Rig, maneuver: str | Mapping[str, Any], plan: RunPlan | None = None) -> Measured:
+    """Run a maneuver (name of a shipped one, a file, or its content) and return what sensors without noise would have logged. `plan`: its
+    run on this rig, where that has been planned already.
 
     ManeuverError when the rig's limits do not allow it or the run would come near an interlock.
     """
     content, name = _content(maneuver)
     simulated = _quiet_rig(rig)
-    plan = planned(rig, content, simulated.true_position)
-    run = closed_loop(rig, simulated, plan)
+    run = closed_loop(rig, simulated, plan or planned(rig, content, simulated.true_position))
     errors = {joint: float(np.max(np.abs(run.following_error[:, k]))) for k, joint in enumerate(rig.joints)}
     check_envelope(rig, run.signals, errors, name)
     columns = {field_of(name)[0]: values for name, values in run.signals.items()}

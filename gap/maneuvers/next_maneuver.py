@@ -2,8 +2,9 @@
 
 Of more than two the slowest pair counts; a maneuver that leaves fewer pairs open goes before a quicker one. A best-first search: a
 maneuver that has not been simulated needs at least its own duration, one simulated with the constants held at least as long as that
-bound says; the maneuver whose exact time comes out of the queue first is the soonest of all. Where none separates any pair, every
-sensor the rig does not have is tried on the most telling maneuvers.
+bound says, and every refit with another explanation as the truth can only make it longer; the maneuver that comes out of the queue with
+nothing left to refit is the soonest of all. Where none separates any pair, every sensor the rig does not have is tried on the most
+telling maneuvers.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 
 from config.errors import LongreachError
 from config.load import LoadedRig
+from control.run_plan import RunPlan
 from gap.data.measured import Measured
 from gap.maneuvers.closed_loop import measured_on, planned
 from gap.maneuvers.designs import Design, designs
@@ -26,6 +28,9 @@ from gap.maneuvers.separation import Comparison, Rival, Run, Separation, observe
 from gap.search.settings import PROCESSORS
 
 SENSOR_TRIALS = 2  # maneuvers on which sensors are tried
+HELD_RUNS = 4  # kept with what was compared on them, for the refits of the same maneuver
+_WAYS = ((False, True), (True, True))  # round a pair: whether its second is the truth; whether the rival has the truth's constants
+_OWN = (False, False)
 
 Tell = Callable[[str], None]
 
@@ -59,10 +64,16 @@ def _concerned(loaded: LoadedRig, rivals: Sequence[Rival]) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """What is known of one maneuver: bounds, or exact separations."""
+    """What is known of one maneuver: at most `found` of every pair; `ways`: in which it is still to be refitted."""
 
     proposal: Proposal
-    exact: bool
+    found: Mapping[tuple[int, int], Separation]
+    ways: tuple[tuple[bool, bool], ...]
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing that is still to be computed could change its place."""
+        return not (self.ways and self.proposal.repeats)
 
 
 @dataclass(slots=True)
@@ -74,7 +85,9 @@ class _Course:
     measured: tuple[str, ...]
     extras: Sequence[ExtraSensor]
     tell: Tell
+    plans: dict[str, RunPlan] = field(default_factory=dict)
     logs: dict[tuple[str, int], Measured] = field(default_factory=dict)
+    runs: dict[tuple[str, int, tuple[str, ...]], Run] = field(default_factory=dict)
     seen: list[Proposal] = field(default_factory=list)
 
     @property
@@ -90,16 +103,17 @@ class _Course:
                 heapq.heappush(queue, ((0, duration, -np.inf), next(order), design))
         while queue:
             _, _, item = heapq.heappop(queue)
-            if isinstance(item, _Known) and (item.exact or not item.proposal.repeats):
+            if isinstance(item, _Known) and item.settled:
                 return item.proposal
-            known = self._exact(item.proposal) if isinstance(item, _Known) else self._bounded(item)
+            known = self._refitted(item) if isinstance(item, _Known) else self._bounded(item)
             if known is not None:
                 heapq.heappush(queue, (known.proposal.rank, next(order), known))
         return None
 
     def _duration(self, design: Design) -> float | None:
         try:
-            return planned(self.rivals[0].model.fitted_rig(), design.content).duration_s
+            self.plans[design.label] = planned(self.rivals[0].model.fitted_rig(), design.content)
+            return self.plans[design.label].duration_s
         except LongreachError as refused:
             self.tell(f"  {design.label}: not on this rig ({refused.refusal.what})")
             return None
@@ -108,7 +122,8 @@ class _Course:
         """What this explanation's rig would log. ManeuverError when that run would not be safe."""
         key = (design.label, truth)
         if key not in self.logs:
-            self.logs[key] = measured_on(self.rivals[truth].model.fitted_rig(), design.content)
+            plan = self.plans.get(design.label) if truth == 0 else None  # any other may settle elsewhere
+            self.logs[key] = measured_on(self.rivals[truth].model.fitted_rig(), design.content, plan)
         return self.logs[key]
 
     def _bounded(self, design: Design) -> _Known | None:
@@ -123,23 +138,29 @@ class _Course:
         proposal = self._proposal(design, found)
         self.seen.append(proposal)
         self.tell(f"  {design.label}: expected t at most {proposal.least.t:.1f} in {proposal.duration_s:.0f} s")
-        return _Known(proposal, exact=False)
+        return _Known(proposal, found, self._ways)
 
-    def _exact(self, bound: Proposal) -> _Known | None:
-        """Every pair for which the bound leaves hope, with everything refitted: either of it as the truth, and from the rival's own fit."""
-        design = bound.design
-        if not self._safe(design):
+    @property
+    def _ways(self) -> tuple[tuple[bool, bool], ...]:
+        """Either of a pair as the truth; then from the rival's own fit, where that has other constants."""
+        same = all(self.rivals[b].has_constants_of(self.rivals[a]) for a, b in self.pairs)
+        return _WAYS if same else (*_WAYS, _OWN)
+
+    def _refitted(self, known: _Known) -> _Known | None:
+        """The next way round every pair for which there is hope, with everything refitted."""
+        design, (turned, alike) = known.proposal.design, known.ways[0]
+        if known.ways == self._ways and not self._safe(design):
             return self._bounded(design.smaller) if design.smaller else None
-        found = {pair: told.separation for pair, told in zip(self.pairs, bound.pairs, strict=True)}
-        for turned, alike in ((False, True), (True, True), (False, False)):
-            open_ = [pair for pair, told in zip(self.pairs, self._proposal(design, found).pairs, strict=True) if told.repeats]
-            ways = [(b, a) if turned else (a, b) for a, b in open_ if alike or not self.rivals[b].has_constants_of(self.rivals[a])]
-            for (truth, rival), comparison in self._comparisons(design, ways, self.measured, alike):
-                pair = (min(truth, rival), max(truth, rival))
-                found[pair] = found[pair].or_less(comparison.exact())
-        proposal = self._proposal(design, found)
-        self.tell(f"  {design.label}: expected t {proposal.least.t:.1f} with all constants refitted")
-        return _Known(proposal, exact=True)
+        open_ = [pair for pair, told in zip(self.pairs, known.proposal.pairs, strict=True) if told.repeats]
+        ways = [(b, a) if turned else (a, b) for a, b in open_ if alike or not self.rivals[b].has_constants_of(self.rivals[a])]
+        found = dict(known.found)
+        for (truth, rival), comparison in self._comparisons(design, ways, self.measured, alike):
+            pair = (min(truth, rival), max(truth, rival))
+            found[pair] = found[pair].or_less(comparison.exact())
+        further = _Known(self._proposal(design, found), found, known.ways[1:])
+        most = "" if further.settled else "at most "
+        self.tell(f"  {design.label}: expected t {most}{further.proposal.least.t:.1f} with all constants refitted")
+        return further
 
     def _safe(self, design: Design) -> bool:
         """Whether the rigs of all explanations could run it: any of them may be the truth."""
@@ -152,7 +173,7 @@ class _Course:
         return True
 
     def _comparisons(
-        self, design: Design, pairs: Sequence[tuple[int, int]], channels: Sequence[str], alike: bool = True
+        self, design: Design, pairs: Sequence[tuple[int, int]], channels: tuple[str, ...], alike: bool = True
     ) -> Iterator[tuple[tuple[int, int], Comparison]]:
         """(truth, rival) in turn, with the truth's constants or (not `alike`) with the rival's own; the truth's floor is computed once."""
         for truth in sorted({pair[0] for pair in pairs}):
@@ -160,8 +181,12 @@ class _Course:
             beside = run.alike if alike else run.beside
             yield from ((pair, beside(self.rivals[pair[1]])) for pair in pairs if pair[0] == truth)
 
-    def _run(self, design: Design, truth: int, channels: Sequence[str]) -> Run:
-        return observed(self.loaded, self.rivals[truth], self._log(design, truth), channels, PROCESSORS)
+    def _run(self, design: Design, truth: int, channels: tuple[str, ...]) -> Run:
+        """The last few are kept: the maneuver that is refitted is mostly one of them."""
+        key = (design.label, truth, channels)
+        run = self.runs.pop(key, None) or observed(self.loaded, self.rivals[truth], self._log(design, truth), channels, PROCESSORS)
+        self.runs = dict([*self.runs.items(), (key, run)][-HELD_RUNS:])
+        return run
 
     def _proposal(self, design: Design, found: Mapping[tuple[int, int], Separation], sensor: ExtraSensor | None = None) -> Proposal:
         pairs = tuple(Pair((self.rivals[a].name, self.rivals[b].name), found[a, b]) for a, b in self.pairs)

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,6 @@ from gap.fitting.evaluation import Evaluation, evaluate
 from gap.fitting.model import Free, Model
 from gap.fitting.sensitivity import projected, sensitivities
 from gap.fitting.simulate import simulate
-from gap.maneuvers.closed_loop import measured_on
 from gap.search.window_length import window_length_s
 
 _LOOSE = 1e-6  # precision of a parameter without a prior
@@ -46,6 +44,10 @@ class Rival:
         known = {free.key: value for free, value in zip(other.model.free, other.model.theta, strict=True) if free.prior}
         theta = [known.get(free.key, value) if free.prior else value for free, value in zip(self.model.free, self.model.theta, strict=True)]
         return replace(self, model=self.model.with_theta(np.array(theta)))
+
+    def seen_by(self, channels: Sequence[str]) -> Rival:
+        """This explanation with the sensors that can matter to these channels: no reading of theirs depends on any other."""
+        return replace(self, model=_of_sensors(self.model, channels))
 
     def has_constants_of(self, other: Rival) -> bool:
         return np.array_equal(self.with_constants_of(other).model.theta, self.model.theta)
@@ -74,27 +76,35 @@ class Run:
 
     def apart(self, rival: Rival) -> Array:
         """Mean square distance of the two from window starts in common, in noise units, of every channel."""
-        readings = simulate(self.experiment, [self.truth.model.vector(), rival.model.vector()])
+        vectors = [explanation.seen_by(self.channels).model.vector() for explanation in (self.truth, rival)]
+        readings = simulate(self.experiment, vectors)
         away = (readings[1] - readings[0]) / self.experiment.sigma
         return np.asarray(np.mean(np.nan_to_num(away) ** 2, axis=(0, 1)))
 
     @cached_property
     def own(self) -> Evaluation:
         """How well the truth predicts its own log."""
-        return evaluate(self.experiment, self.truth.model, None)
+        return evaluate(self.experiment, self.truth.seen_by(self.channels).model, None)
 
     def beside(self, rival: Rival) -> Comparison:
         """The rival on the same log, as it is."""
+        rival = rival.seen_by(self.channels)
         return Comparison(self, rival, evaluate(self.experiment, rival.model, None))
 
     def alike(self, rival: Rival) -> Comparison:
-        """The rival on the same log, with the truth's constants."""
-        return self.beside(rival.with_constants_of(self.truth))
+        """The rival on the same log, with the truth's constants; compared once."""
+        if rival.name not in self._alike:
+            self._alike[rival.name] = self.beside(rival.with_constants_of(self.truth))
+        return self._alike[rival.name]
+
+    @cached_property
+    def _alike(self) -> dict[str, Comparison]:
+        return {}
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """A rival on a log of the truth: `seen` is what it leaves of it, windows × (values + start states)."""
+    """A rival, with the sensors looked at, on a log of the truth: `seen` is what it leaves of it, windows × (values + start states)."""
 
     run: Run
     rival: Rival
@@ -117,9 +127,9 @@ class Comparison:
         columns, free = self._columns(range(len(self.rival.model.free)))
         return [self._separation(columns, free, channels, self.run.own) for channels in sets]
 
-    def step(self, numbers: Sequence[int]) -> Array:
-        """How these numbers of the rival would have to move (in their scales) for it to come nearest to the truth."""
-        columns, free = self._columns(numbers)
+    def step(self) -> Array:
+        """How the rival's own parameters would have to move (in their scales) for it to come nearest to the truth."""
+        columns, free = self._columns(_own(self.rival.model))
         flat = columns.reshape(len(free), self.seen.left.size)
         return np.asarray(np.linalg.lstsq(flat.T, self.seen.left.ravel(), rcond=None)[0])
 
@@ -162,14 +172,21 @@ def observed(loaded: LoadedRig, truth: Rival, log: Measured, measured: Sequence[
     channels = tuple(name for name in log.channels if measured is None or name in measured)
     sigma: Mapping[str, float] = noise_floors([log], truth.model.rig)
     window_s = window_length_s(loaded.rig, [log], sigma)
-    return Run(truth, prepare(log, truth.model.rig, sigma, window_s, channels, workers), channels)
+    rig = truth.seen_by(channels).model.rig
+    return Run(truth, prepare(log, rig, sigma, window_s, channels, workers), channels)
 
 
-def compare(
-    loaded: LoadedRig, truth: Rival, rival: Rival, maneuver: dict[str, Any], measured: Sequence[str] | None = None, workers: int = 1
-) -> Comparison:
-    """Run the maneuver on the truth's rig and let the rival predict its log. ManeuverError when that run would not be safe."""
-    return observed(loaded, truth, measured_on(truth.model.fitted_rig(), maneuver), measured, workers).beside(rival)
+def _of_sensors(model: Model, channels: Sequence[str]) -> Model:
+    """The model with fewer sensors: the channels', those from which windows start, and those with an effect. The others' constants go."""
+    plant = model.rig.plant
+    assert plant is not None
+    places = {entry.where.removeprefix("sensor:") for entry in plant.effects}
+    starting = {f"{joint}.position" for joint in plant.joints} | {"tip.deflection"}
+    seen = {*channels, *starting, *places}
+    kept = {name: sensor for name, sensor in plant.sensors.items() if name in seen or name == "reservoir_temperature"}
+    numbers = [k for k, free in enumerate(model.free) if free.path[0] != "sensors" or free.path[1] in seen]
+    rig = model.rig.model_copy(update={"plant": plant.model_copy(update={"sensors": kept})})
+    return replace(model.restricted(numbers), rig=rig)
 
 
 def _own(model: Model) -> list[int]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import axis_logs
 import numpy as np
 import pytest
+from compared import compare
 
 from config.errors import LongreachError
 from config.load import LoadedRig, load_rig
@@ -19,7 +20,7 @@ from gap.maneuvers.matching import matched
 from gap.maneuvers.next_maneuver import _Course, next_maneuver
 from gap.maneuvers.proposal import LEAST_T, Pair, Proposal
 from gap.maneuvers.rivals import no_effect, rival_of
-from gap.maneuvers.separation import Rival, Separation, compare
+from gap.maneuvers.separation import Rival, Separation
 from sim_backend.batch import quiet as quiet_sensors
 from sim_backend.layout import MAX_SENSORS
 from sim_backend.plant import SimulatedRig

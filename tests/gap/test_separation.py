@@ -7,14 +7,20 @@ from dataclasses import replace
 import axis_logs
 import numpy as np
 import pytest
+from compared import compare
 
 from config.errors import ManeuverError
 from config.load import LoadedRig, load_rig
+from gap.data.noise import noise_floors
+from gap.data.windows import prepare
 from gap.fitting.sensitivity import projected, sensitivities
+from gap.fitting.simulate import simulate
 from gap.maneuvers.closed_loop import measured_on
 from gap.maneuvers.designs import Design, designs
+from gap.maneuvers.extra_sensor import ExtraSensor, with_sensors
 from gap.maneuvers.rivals import no_effect, rival_of
-from gap.maneuvers.separation import Comparison, compare
+from gap.maneuvers.separation import Comparison, observed
+from gap.search.window_length import window_length_s
 
 START = {"start": {"axis": "0.125 m"}, "joint": "axis"}
 TRIANGLE = Design("slow_triangle", {**START, "amplitude": "0.04 m", "rate": "0.08 m/s", "cycles": 2})
@@ -73,6 +79,18 @@ def test_a_rival_takes_over_the_constants_but_not_the_effect() -> None:
     found = moved.with_constants_of(truth)
     np.testing.assert_array_equal(found.model.theta[:-1], truth.model.theta[:-1])
     assert found.model.theta[-1] == pytest.approx(0.0033)
+
+
+def test_a_sensor_not_looked_at_changes_no_reading() -> None:
+    """To the last bit."""
+    loaded, channels = axis(), ["axis.position"]
+    plain = rival_of(loaded, "transport_delay", "axis", {"delay": 0.004})
+    rival = replace(plain, model=with_sensors(plain.model, [ExtraSensor(("axis.second_position",))]))
+    log = measured_on(rival.model.fitted_rig(), TRIANGLE.content)
+    sigma = noise_floors([log], rival.model.rig)
+    whole = prepare(log, rival.model.rig, sigma, window_length_s(loaded.rig, [log], sigma), channels)
+    readings = simulate(whole, [rival.model.vector()])[0]
+    np.testing.assert_array_equal(observed(loaded, rival, log, channels).own.readings, readings)
 
 
 def test_what_would_near_an_interlock_is_not_run() -> None:
