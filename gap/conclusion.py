@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from config.load import LoadedRig
+from gap.data.coarse_steps import readable
 from gap.data.data_check import DataProblem
 from gap.data.measured import Measured
 from gap.fitting.evaluation import Evaluation, mean_cost
@@ -68,7 +69,7 @@ def concluded(
         "parameters": constants(state.current.model, half_width, steady),
         "gap": _gap(names, nominal, final, refit, logs),
         "remainder": rest_left,
-        "not_seen": not_seen(state.screening, {(item["effect"], item["where"]) for item in found}),
+        "not_seen": not_seen(state.screening, {(item["effect"], item["where"]) for item in found}, readable(logs, loaded.rig)),
         "next_maneuver": next_of(loaded, state, word, tell) if settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
         "temperatures": _temperatures(state, lean, tell),

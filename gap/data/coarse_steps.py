@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from config.effects_link_sensor import SIGNAL_UNITS
+from config.plant_sensor import Sensor
 from config.rig import Rig
 from config.signals import signal_measures
 from gap.data.channel_check import quantum
@@ -59,29 +60,51 @@ def coarse_steps(fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured],
     kinds = signal_measures({name: joint.motion for name, joint in rig.plant.joints.items()})
     present = {(entry.effect, entry.where) for entry in rig.plant.effects}
     found = []
-    for signal, sensor in rig.plant.sensors.items():
-        logs = [[log.channels[signal].values for log in group if signal in log.channels] for group in (fit_logs, holdout_logs)]
-        if [len(group) for group in logs] != [len(fit_logs), len(holdout_logs)] or ("sensor_quantization", f"sensor:{signal}") in present:
+    for signal, step in _steps([*fit_logs, *holdout_logs], rig).items():
+        sensor = rig.plant.sensors[signal]
+        if step < smallest_step(sensor) or ("sensor_quantization", f"sensor:{signal}") in present:
             continue
-        step = _common([quantum(log.channels[signal]) for log in (*fit_logs, *holdout_logs)])
-        declared = (sensor.noise**2 + sensor.resolution**2 / 12) / max(step**2 / 12, 1e-300)
-        if step < _COARSER * sensor.resolution or declared > 1.0 or not all(_on_steps(v, step) for group in logs for v in group):
-            continue
-        changes = sum(int(np.count_nonzero(_changes(values))) for values in logs[1])
-        found.append(CoarseStep(signal, _refined(logs[0][0], step), SIGNAL_UNITS[kinds[signal]], sensor.resolution, changes, declared))
+        changes = sum(len(_changes(log.channels[signal].values)) for log in holdout_logs)
+        refined = _refined(fit_logs[0].channels[signal].values, step)
+        share = (sensor.noise**2 + sensor.resolution**2 / 12) / (refined**2 / 12)
+        found.append(CoarseStep(signal, refined, SIGNAL_UNITS[kinds[signal]], sensor.resolution, changes, share))
     return found
 
 
-def _common(steps: Sequence[float]) -> float:
-    """The one step of all logs; 0 when they differ."""
-    return steps[0] if max(steps) - min(steps) <= _ON * max(steps) else 0.0
+def smallest_step(sensor: Sensor) -> float:
+    """The smallest step that is named: coarser than the declared resolution, and of more variance than the declared noise."""
+    return max(_COARSER * sensor.resolution, float(np.sqrt(12.0 * sensor.noise**2 + sensor.resolution**2)))
+
+
+def readable(logs: Sequence[Measured], rig: Rig) -> dict[str, float]:
+    """The smallest step that would have been read off these logs, of every signal whose values lie on steps at all, by place."""
+    assert rig.plant is not None
+    return {f"sensor:{signal}": smallest_step(rig.plant.sensors[signal]) for signal in _steps(logs, rig)}
+
+
+def _steps(logs: Sequence[Measured], rig: Rig) -> dict[str, float]:
+    """The one step of all logs, of every signal that all have, where every value lies on it."""
+    assert rig.plant is not None
+    found = {}
+    for signal in rig.plant.sensors:
+        channels = [log.channels[signal] for log in logs if signal in log.channels]
+        steps = [quantum(channel) for channel in channels]
+        if (
+            len(channels) == len(logs)
+            and max(steps) - min(steps) <= _ON * max(steps)
+            and all(_on_steps(c.values, steps[0]) for c in channels)
+        ):
+            found[signal] = steps[0]
+    return found
 
 
 def _on_steps(values: Array, step: float) -> bool:
     """Whether every value is a whole number of steps away from the first, and enough of them differ."""
+    if step == 0.0:
+        return False
     good = values[np.isfinite(values)]
     away = (good - good[0]) / step
-    return bool(np.count_nonzero(_changes(good)) >= _LEAST_CHANGES and np.max(np.abs(away - np.rint(away))) <= _ON)
+    return bool(len(_changes(good)) >= _LEAST_CHANGES and np.max(np.abs(away - np.rint(away))) <= _ON)
 
 
 def _changes(values: Array) -> Array:

@@ -84,13 +84,15 @@ def constants(model: Model, half_width: Array, steady: Sequence[Steadiness]) -> 
     return found
 
 
-def not_seen(screening: Screening | None, named: Set[tuple[str, str]]) -> list[dict[str, Any]]:
-    """Every effect that was looked for and not named (effect and place), with the smallest size that would have shown."""
+def not_seen(screening: Screening | None, named: Set[tuple[str, str]], steps: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Every effect that was looked for and not named (effect and place), with the smallest size that would have shown. `steps`: those
+    that would have been read off the values, by place."""
     rows = []
     for s in screening.signatures if screening else ():
         c = s.candidate
         if (c.effect, c.where) not in named:
-            size = _short(s.smallest_visible) if math.isfinite(s.smallest_visible) else None
+            by_eye = steps.get(c.where, math.inf) if c.effect == "sensor_quantization" else math.inf
+            size = _short(min(s.smallest_visible, by_eye))
             parameter = c.free[0].key if c.free else ""
             rows.append({"effect": c.effect, "where": c.where, "parameter": parameter, "smallest_visible": size, "unit": s.unit})
     return sorted(rows, key=lambda row: (str(row["effect"]), str(row["where"])))

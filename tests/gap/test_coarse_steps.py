@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import axis_logs
 import numpy as np
@@ -11,9 +13,10 @@ import pytest
 from findings_schema import problems as contract_problems
 
 from config.load import load_rig, rig_from_text
-from gap.data.coarse_steps import coarse_steps
+from gap.data.coarse_steps import coarse_steps, readable
 from gap.data.measured import Measured, load
 from gap.find import search_gap
+from gap.report.findings import not_seen
 from gap.report.model_file import with_step_lines
 
 STEP_M = 73e-6  # 73 of the encoder's counts of 1 µm
@@ -92,3 +95,29 @@ def test_the_search_names_them_beside_what_it_finds(logs: list[Measured], tmp_pa
     assert "73 times the 1e-06 m of the rig file" in found.verdict.why
     assert "step: 7.3e-05 m" in found.improved_text
     assert not any((row["effect"], row["where"]) == (item["effect"], item["where"]) for row in found.content["not_seen"])
+
+
+def test_the_smallest_step_that_would_be_read_off_is_claimed_and_kept(logs: list[Measured]) -> None:
+    """√(12 · 2² + 1) = 7 µm beside 2 µm of noise in counts of 1 µm."""
+    rig = axis_logs.axis_rig()
+    claim = readable(logs, rig)["sensor:axis.position"]
+    assert claim == pytest.approx(7e-6)
+    for factor, count in ((0.98, 0), (1.02, 1)):
+        coarse = [stepped(log, factor * claim) for log in logs]
+        assert len(coarse_steps(coarse[:1], coarse[1:], rig)) == count
+
+
+def test_no_step_is_claimed_where_the_values_lie_on_none(logs: list[Measured]) -> None:
+    moved = [
+        replace(log, channels={n: replace(c, values=c.values + 1e-7 * np.sin(np.arange(len(c.values)))) for n, c in log.channels.items()})
+        for log in logs
+    ]
+    assert readable(moved, axis_logs.axis_rig()) == {}
+
+
+def test_what_would_have_been_read_off_is_among_what_was_not_seen() -> None:
+    place = SimpleNamespace(effect="sensor_quantization", where="sensor:axis.position", free=(SimpleNamespace(key="step"),))
+    claimed: Any = SimpleNamespace(signatures=[SimpleNamespace(candidate=place, smallest_visible=9e-5, unit="m")])
+    for steps, size in (({}, 9e-5), ({place.where: 7e-6}, 7e-6)):
+        (row,) = not_seen(claimed, frozenset(), steps)
+        assert row["smallest_visible"] == pytest.approx(size)
