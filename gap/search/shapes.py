@@ -55,7 +55,7 @@ FORCE, VALVE, FLOW, SUPPLY, LINK, SENSOR = (
 )  # fmt: skip
 
 # A link whose frequency is off by a tenth is out of step after five periods, a window's length: fits find only the nearest place.
-STIFFNESSES = (1.0, 0.35, 0.5, 0.7, 1.4, 2.0, 2.8, 4.0, 5.6)
+STIFFNESSES = (1.0, 0.6, 1.7, 0.35, 0.45, 0.8, 1.3, 2.3, 3.0, 4.0, 5.6)
 
 SHAPES: dict[str, Shape] = {
     "coulomb_friction": Shape(FORCE, (_up("friction", lambda s: 0.03 * s.force, 30, (1.0, 0.2)),), {}),
