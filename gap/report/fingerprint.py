@@ -74,6 +74,8 @@ def abscissa(evaluation: Evaluation, variable: str, rig: Rig) -> Array:
     if variable in known:
         return known[variable]
     joint, _, kind = variable.rpartition(".")
+    if joint not in rig.joints:  # a sensor's own reading, as that of the tip's accelerometer
+        return _reading(evaluation, variable)
     step_s = evaluation.experiment.plan.every * evaluation.experiment.log.period_s
     if kind == "acceleration":
         return np.asarray(savgol_filter(known[f"{joint}.velocity"], _SPAN, 2, deriv=1, delta=step_s, axis=1))
