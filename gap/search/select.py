@@ -17,7 +17,8 @@ from gap.search.turned import turned_trials
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
 CLOSING_T = 2.0  # enough for a candidate that takes nearly all of the gap
 HALF, HALF_T = 0.5, 2.5  # enough for one that takes half of a gap …
-PLAIN_DROP = 0.2  # … of at least so many noise floors, which constants fitted to their end do not leave by chance
+PLAIN_DROP = 0.2  # … of at least so many noise floors, which constants fitted to their end do not leave by chance …
+LEFT = 1.0  # … and leaves no more above the floor than friction of another form may; what leaves more is no explanation
 CONTENDER = 0.7  # of the best first trial's gain, from which a candidate is fitted about its own initial states
 MOST_EFFECTS = 4
 MOST = 0.8  # gain of a first trial after which candidates with hardly any signature of the gap need no fit
@@ -108,10 +109,12 @@ def passes(t: float, gain: float, drop: float, least: float) -> bool:
 
 def _needed_t(gain: float, drop: float, least: float) -> float:
     """A gap that stands in a few windows has few that can agree, and friction of another form costs votes everywhere: what takes all of a
-    gap, or half of a plain one, needs fewer."""
+    gap, or half of a plain one and leaves little, needs fewer."""
     if gain >= NEARLY_ALL:
         return CLOSING_T
-    share = min(max((gain - LEAST_GAIN) / (HALF - LEAST_GAIN), 0.0), 1.0) if drop >= PLAIN_DROP else 0.0
+    if gain <= LEAST_GAIN or drop < PLAIN_DROP or drop * (1.0 / gain - 1.0) > LEFT:
+        return least
+    share = min((gain - LEAST_GAIN) / (HALF - LEAST_GAIN), 1.0)
     return least - share * max(least - HALF_T, 0.0)
 
 
