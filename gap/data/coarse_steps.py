@@ -108,8 +108,8 @@ def _on_steps(values: Array, step: float) -> bool:
 
 
 def _changes(values: Array) -> Array:
-    good = values[np.isfinite(values)]
-    return np.asarray(np.diff(good)[np.abs(np.diff(good)) > 0.0])
+    moves = np.diff(values[np.isfinite(values)])
+    return np.asarray(moves[moves != 0.0])
 
 
 def _refined(values: Array, step: float) -> float:
