@@ -1,4 +1,4 @@
-"""Steps of a reading that the data show by themselves: every value of every log a multiple of one step that the rig file does not have.
+"""Steps of a reading that the data show by themselves: every logged value a multiple of one step that the rig file does not have.
 
 The comparison counts such steps as noise (nothing finer was measured), so no fit can find them; the values themselves do. Chance is
 excluded by counting: were the steps those of the declared resolution, one value in m would lie on the coarser ones.
@@ -64,8 +64,8 @@ def coarse_steps(fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured],
         sensor = rig.plant.sensors[signal]
         if step < smallest_step(sensor) or ("sensor_quantization", f"sensor:{signal}") in present:
             continue
-        changes = sum(len(_changes(log.channels[signal].values)) for log in holdout_logs)
-        refined = _refined(fit_logs[0].channels[signal].values, step)
+        changes = sum(len(_changes(log.channels[signal].logged)) for log in holdout_logs)
+        refined = _refined(fit_logs[0].channels[signal].logged, step)
         share = (sensor.noise**2 + sensor.resolution**2 / 12) / (refined**2 / 12)
         found.append(CoarseStep(signal, refined, SIGNAL_UNITS[kinds[signal]], sensor.resolution, changes, share))
     return found
@@ -92,7 +92,7 @@ def _steps(logs: Sequence[Measured], rig: Rig) -> dict[str, float]:
         if (
             len(channels) == len(logs)
             and max(steps) - min(steps) <= _ON * max(steps)
-            and all(_on_steps(c.values, steps[0]) for c in channels)
+            and all(_on_steps(c.logged, steps[0]) for c in channels)
         ):
             found[signal] = steps[0]
     return found

@@ -29,11 +29,13 @@ MOST_MISSING = 0.5  # share of the grid without a row, above which the rate itse
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One measured signal: values on the grid (NaN where there is none)."""
+    """One measured signal: values on the grid (NaN where there is none), and as `logged`, row by row: a value moved onto the grid lies
+    between two steps of the reading, a logged one on a step."""
 
     name: str
     unit: str
     values: Array
+    logged: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,11 +116,12 @@ def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> 
     for start, length in runs(missing):
         missing[start : start + length] = length > BRIDGED_ROWS
     jitter = float(np.max(np.abs((t - t[0] - index * period)[keep])))
+    logged = columns
     if jitter > UNEVEN * period:
         columns = _shifted(columns, rig, t, t[0] + index * period, keep)
     commands = np.column_stack([_command(path, columns, rig, joint, keep, place, rows) for joint in rig.joints])
     grid: Array = float(t[0]) + period * np.arange(rows, dtype=np.float64)
-    found = _channels(columns, rig, keep, place, rows)
+    found = _channels(columns, logged, rig, keep, place, rows)
     channels = {name: channel for name, channel in found.items() if "temperature" not in name}
     warm = {name: channel for name, channel in found.items() if "temperature" in name}
     return Measured(path, sha256, grid, period, commands, channels, missing, jitter, int((steps <= 0).sum()), _oil(columns), warm)
@@ -205,7 +208,9 @@ def _oil(columns: Mapping[str, Array]) -> float | None:
     return float(np.median(good[:100])) if good.size else None
 
 
-def _channels(columns: Mapping[str, Array], rig: Rig, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int) -> dict[str, Channel]:
+def _channels(
+    columns: Mapping[str, Array], logged: Mapping[str, Array], rig: Rig, keep: NDArray[np.bool_], place: NDArray[np.int64], rows: int
+) -> dict[str, Channel]:
     """Every fitted signal of the log that the plant has a sensor for."""
     motions = [joint.motion for joint in rig.joints.values()]
     units = {field.name: field.unit for field in CycleLayout(tuple(rig.joints), motions, rig.joints).fields}
@@ -216,5 +221,5 @@ def _channels(columns: Mapping[str, Array], rig: Rig, keep: NDArray[np.bool_], p
             continue
         values = np.full(rows, np.nan)
         values[place] = columns[name][keep]
-        found[signal] = Channel(signal, units.get(name, ""), values)
+        found[signal] = Channel(signal, units.get(name, ""), values, logged[name][keep])
     return found

@@ -14,6 +14,7 @@ from findings_schema import problems as contract_problems
 
 from config.load import load_rig, rig_from_text
 from gap.data.coarse_steps import coarse_steps, readable
+from gap.data.data_check import check
 from gap.data.measured import Measured, load
 from gap.find import search_gap
 from gap.report.findings import not_seen
@@ -32,7 +33,7 @@ def stepped(log: Measured, step_m: float, phase_m: float = 0.0) -> Measured:
     """The log as an encoder with coarse steps writes it, to the counts of its own resolution."""
     channel = log.channels["axis.position"]
     read = phase_m + step_m * np.round((channel.values - phase_m) / step_m)
-    return replace(log, channels={**log.channels, "axis.position": replace(channel, values=read)})
+    return replace(log, channels={**log.channels, "axis.position": replace(channel, values=read, logged=read)})
 
 
 def test_a_good_encoder_has_none(logs: list[Measured]) -> None:
@@ -51,6 +52,22 @@ def test_steps_in_every_log_are_read_off(logs: list[Measured], phase_m: float) -
     assert found.gain == pytest.approx(1.0 - (12 * 2.0**2 + 1.0) / 73.0**2, rel=1e-3)  # noise of 2 µm, counts of 1 µm
 
 
+def test_uneven_sampling_times_hide_no_steps(tmp_path: Path) -> None:
+    """Such samples are moved onto the grid, between the steps; what was logged lies on them."""
+    rig = axis_logs.axis_rig()
+    uneven = []
+    for seed in (11, 12):
+        columns = axis_logs.simulated(rig, seed, duration_s=6.0)
+        columns["t_s"] = columns["t_s"] + axis_logs.PERIOD_S * np.random.default_rng(seed).uniform(-0.2, 0.2, len(columns["t_s"]))
+        columns["axis.position"] = STEP_M * np.round(columns["axis.position"] / STEP_M)
+        uneven.append(load(axis_logs.write(tmp_path / f"{seed}.csv", columns), rig))
+    moved = uneven[0].channels["axis.position"].values / STEP_M
+    assert np.max(np.abs(moved - np.round(moved))) > 0.1
+    (found,) = coarse_steps(uneven[:1], uneven[1:], rig)
+    assert found.step == pytest.approx(STEP_M, rel=1e-6)
+    assert any("moves in steps of" in problem.what for problem in check(uneven, rig))
+
+
 def test_steps_in_one_log_only_are_no_property_of_the_sensor(logs: list[Measured]) -> None:
     assert coarse_steps([stepped(logs[0], STEP_M)], logs[1:], axis_logs.axis_rig()) == []
     assert coarse_steps([stepped(logs[0], STEP_M)], [stepped(logs[1], 2 * STEP_M)], axis_logs.axis_rig()) == []
@@ -65,7 +82,7 @@ def test_steps_below_the_declared_noise_are_none(logs: list[Measured]) -> None:
 
 def test_a_single_value_between_the_steps_speaks_against_them(logs: list[Measured]) -> None:
     coarse = [stepped(log, STEP_M) for log in logs]
-    values = coarse[1].channels["axis.position"].values
+    values = coarse[1].channels["axis.position"].logged
     values[5000] += 0.5 * STEP_M
     assert coarse_steps(coarse[:1], coarse[1:], axis_logs.axis_rig()) == []
 
@@ -109,7 +126,7 @@ def test_the_smallest_step_that_would_be_read_off_is_claimed_and_kept(logs: list
 
 def test_no_step_is_claimed_where_the_values_lie_on_none(logs: list[Measured]) -> None:
     moved = [
-        replace(log, channels={n: replace(c, values=c.values + 1e-7 * np.sin(np.arange(len(c.values)))) for n, c in log.channels.items()})
+        replace(log, channels={n: replace(c, logged=c.logged + 1e-7 * np.sin(np.arange(len(c.logged)))) for n, c in log.channels.items()})
         for log in logs
     ]
     assert readable(moved, axis_logs.axis_rig()) == {}
