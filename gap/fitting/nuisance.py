@@ -34,6 +34,7 @@ UNTAGGED_SD = 0.05
 FORM_OF_FRICTION = {"bristle_stiffness": 10.0, "bristle_damping": 3.0, "bristle_fade": 3.0}
 OIL_SD_K = 2.0  # oil at the valves against the reservoir's thermometer, from which a log's temperature starts; per cent of °C mean nothing
 LEAST_SD_OF_EFFECT = 0.10  # friction, leakage and air change with oil, wear and temperature, however well they were once known
+HONEST = 2.0  # prior standard deviations within which 95 % of honest priors hold the true value
 LARGEST_PULL = 4.0  # prior standard deviations a fit may move a constant
 _TAG = re.compile(r"#.*?\[(P|DS|M|B|D|C|A|gap)\]")
 _GEOMETRY = ("travel", "initial", "stop_stiffness", "stop_restitution_loss", "quantity_kind")

@@ -9,6 +9,7 @@ from scipy.stats import norm
 from gap.fitting.compare import separation_t
 from gap.search.acceptance import Tell, accept, drop_superfluous, swap
 from gap.search.candidates import candidates
+from gap.search.folded import fold
 from gap.search.screen import Screening, Signature, screen
 from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step
 from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial, polished_trial
@@ -44,6 +45,8 @@ def search(state: Search, tell: Tell) -> Search:
         state = taken
         swap(state, tell)
         drop_superfluous(state, tell)
+        fold(state, state.steps[:-1], tell)
+    fold(state, state.steps, tell)
     return state
 
 

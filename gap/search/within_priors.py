@@ -12,12 +12,12 @@ from dataclasses import replace
 from gap.fitting.evaluation import NO_GAP, evaluate, recounted
 from gap.fitting.fit import CONVERGED, Fit, fit, polished, settled
 from gap.fitting.model import Free, Model
+from gap.fitting.nuisance import HONEST
 from gap.search.acceptance import REFIT_STEPS, refit
 from gap.search.search_state import Search
 from gap.search.select import search
 from gap.search.verdict import alarmed
 
-WITHIN = 2.0  # prior standard deviations: 95 % of honest priors
 AS_GOOD = 1.05  # hold-out with the effect over that with the strained constants
 
 Tell = Callable[[str], None]
@@ -30,7 +30,7 @@ def search_within_priors(state: Search, tell: Tell) -> Search:
     strained = alarmed(state.current)
     if not strained:
         return search(state, tell)
-    tell(f"beyond their priors: {', '.join(strained)}; searching with every constant within {WITHIN:g} standard deviations")
+    tell(f"beyond their priors: {', '.join(strained)}; searching with every constant within {HONEST:g} standard deviations")
     held = _held(state)
     tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
     found = _let_go(search(_taken_on(held, tell), tell), state.nominal.model, tell)
@@ -90,7 +90,7 @@ def _held(state: Search) -> Search:
 def _near(free: Free) -> Free:
     if not free.prior:
         return free
-    way = WITHIN * free.scale
+    way = HONEST * free.scale
     return replace(free, low=max(free.low, free.start - way), high=min(free.high, free.start + way))
 
 

@@ -1,4 +1,4 @@
-"""A search that has ended on the single axis: the friction that was taken away is accepted, and a dead band beside it that does nothing."""
+"""A search that has ended on the single axis: the friction that was taken away is accepted, beside it an effect that the truth has not."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def quiet(line: str) -> None:
     """No progress."""
 
 
-def finished(folder: Path, deadband: float) -> Search:
-    """`deadband`: overlap of the second name's valve, in the model only."""
+def finished(folder: Path, size: float, second: str = "valve_deadband") -> Search:
+    """`size` of the `second` name's parameter, in the model only."""
     truth = axis_logs.axis_rig()
     loaded = LoadedRig(axis_logs.axis_rig("coulomb_friction"), MODEL, "axis.yaml")
     logs = [load(axis_logs.write(folder / f"{s}.csv", axis_logs.simulated(truth, s, 5.0)), loaded.rig) for s in (1, 2)]
@@ -38,11 +38,11 @@ def finished(folder: Path, deadband: float) -> Search:
     begun = started(model, few, held, frozenset(names), quiet)[0]
     found = {c.effect: c for c in candidates(loaded.rig, frozenset(names))}
     friction = with_effect(model, found["coulomb_friction"], 20.39)
-    both = with_effect(friction, found["valve_deadband"], deadband)
+    both = with_effect(friction, found[second], size)
     rival = with_effect(model, found["valve_deadband"], 0.05)
     others = (trial(begun, found["valve_deadband"], rival), trial(begun, found["coulomb_friction"], friction))
     first = Step(both.added[0], trial(begun, found["coulomb_friction"], friction), (), others[:1])
-    second = Step(both.added[1], trial(begun, found["valve_deadband"], both), (), ())
+    second = Step(both.added[1], trial(begun, found[second], both), (), ())
     current = fitted(begun, both)
     seen = tuple(evaluate(e, both, begun.costs) for e in held)
     return replace(begun, current=current, seen=seen, steps=[first, second])

@@ -13,7 +13,7 @@ from gap.search.search_state import Search
 
 @pytest.fixture(scope="module")
 def state(tmp_path_factory: pytest.TempPathFactory) -> Search:
-    return finished(tmp_path_factory.mktemp("look"), deadband=1e-5)
+    return finished(tmp_path_factory.mktemp("look"), size=1e-5)
 
 
 def test_what_the_model_does_not_need_goes_and_a_worse_rival_is_no_look_alike(state: Search) -> None:

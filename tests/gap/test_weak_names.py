@@ -19,7 +19,7 @@ from gap.search.weak_names import weighed
 @pytest.fixture(scope="module")
 def state(tmp_path_factory: pytest.TempPathFactory) -> Search:
     """With a dead band whose interval holds nothing."""
-    return finished(tmp_path_factory.mktemp("weak"), deadband=1e-5)
+    return finished(tmp_path_factory.mktemp("weak"), size=1e-5)
 
 
 def half_width(state: Search) -> np.ndarray:
