@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap.data.measured import Array
-from gap.fitting.evaluation import Evaluation, mean_cost, values_compared
+from gap.fitting.evaluation import NO_GAP, Evaluation, mean_cost, values_compared
 
 BOUND = 3.0  # own standard deviations of a window beyond which it only says "much better": no single window decides
 EVEN = 0.05  # of the mean excess: windows in which both models stay below it hold none of the gap and have no vote …
@@ -46,9 +46,10 @@ def paired_t(before: Sequence[Evaluation], after: Sequence[Evaluation]) -> float
 
 def separation_t(worse: Sequence[Evaluation], better: Sequence[Evaluation]) -> float:
     """How clearly the hold-out tells two explanations apart: the smaller of the windows' t and, from three hold-out logs on, that of
-    the logs. While a gap stays open the windows of a log share what neither model has, so it is the logs that agree or do not."""
+    the logs. While a gap stays open the windows of a log share what neither model has, so it is the logs that agree or do not. Where
+    the better one leaves nothing in any log, how much the other leaves in each is how much that log can tell, and no disagreement."""
     by_window = paired_t(worse, better)
-    if len(worse) < LEAST_LOGS:
+    if len(worse) < LEAST_LOGS or all(mean_cost([e]) <= NO_GAP for e in better):
         return by_window
     gains = np.array([np.log((mean_cost([a]) + EXACT) / (mean_cost([b]) + EXACT)) for a, b in zip(worse, better, strict=True)])
     spread = max(float(gains.std(ddof=1)), LEAST_LOG_SD) / np.sqrt(len(gains))

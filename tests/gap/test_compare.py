@@ -33,6 +33,15 @@ def test_logs_that_agree_separate() -> None:
     assert separation_t(worse, better) > 3
 
 
+def test_a_log_that_tells_little_does_not_disagree_where_nothing_is_left() -> None:
+    """As in a loop: the first hold-out beside two runs of the maneuver that separates; one explanation is at the floor in all."""
+    draw = np.random.default_rng(3)
+    worse, better = ([log(mean * draw.lognormal(0, 0.1, 24)) for mean in means] for means in ([1.06, 4.4, 4.3], [0.97, 0.98, 0.97]))
+    assert separation_t(worse, better) == paired_t(worse, better) > 3
+    open_ = [log(1.3 * one.window_costs) for one in better]
+    assert separation_t([log(1.3 * one.window_costs) for one in worse], open_) < 3
+
+
 def test_one_or_two_logs_are_judged_by_their_windows() -> None:
     worse, better = logs([550, 300], 1), logs([200, 320], 2)
     assert separation_t(worse, better) == paired_t(worse, better)
