@@ -97,15 +97,21 @@ def swap(state: Search, tell: Tell) -> None:
 
 
 def drop_superfluous(state: Search, tell: Tell) -> None:
-    """Take out each earlier effect that later ones have made worthless."""
-    for step in list(state.steps[:-1]):
+    """Take out each effect that is worth nothing any more: an earlier one beside later ones, and the newest where the constants, fitted on
+    from where it has brought them, do without it."""
+    for step in list(state.steps):
         rest = without(state, step.entry)
-        if rest is None:
-            continue
-        if paired_t(rest.seen, state.seen) < KEEP_T:
-            tell(f"dropped: {step.trial.candidate.label} explains nothing that the others do not")
-            state.steps.remove(step)
-            refit(state, rest.fit, tell)
+        if rest is not None and paired_t(rest.seen, state.seen) < KEEP_T:
+            dismiss(state, step, rest.fit, "explains nothing that the others and the constants do not", tell)
+
+
+def dismiss(state: Search, step: Step, start: Fit, why: str, tell: Tell) -> None:
+    """The search without one of its names, fitted on from `start`."""
+    tell(f"dropped: {step.trial.candidate.label} {why}")
+    state.steps.remove(step)
+    refit(state, start, tell)
+    if not state.steps:
+        state.constants_only = state.seen
 
 
 def without(state: Search, entry: EffectEntry) -> Rest | None:

@@ -15,7 +15,7 @@ from config.effect_entry import EffectEntry
 from gap.data.measured import Array
 from gap.fitting.fit import Fit
 from gap.fitting.nuisance import HONEST
-from gap.search.acceptance import refit
+from gap.search.acceptance import dismiss
 from gap.search.search_state import Search, Step
 from gap.search.trial import sized_by
 from sim_backend.effects.registry import REGISTRY
@@ -32,11 +32,7 @@ def fold(state: Search, steps: Sequence[Step], tell: Tell) -> None:
         if found is None:
             continue
         start, key, pull = found
-        tell(f"dropped: {step.trial.candidate.label} is {key} within {pull:+.1f} prior standard deviations")
-        state.steps.remove(step)
-        refit(state, start, tell)
-        if not state.steps:
-            state.constants_only = state.seen
+        dismiss(state, step, start, f"is {key} within {pull:+.1f} prior standard deviations", tell)
 
 
 def constant_instead(done: Fit, entry: EffectEntry) -> tuple[Fit, str, float] | None:

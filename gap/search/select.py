@@ -42,12 +42,18 @@ def search(state: Search, tell: Tell) -> Search:
         taken = accept(state, step, tell) if step else None
         if taken is None:
             break
-        state = taken
+        before, known, state = state.cost, len(state.steps), taken
         swap(state, tell)
         drop_superfluous(state, tell)
-        fold(state, state.steps[:-1], tell)
-    fold(state, state.steps, tell)
+        fold(state, state.steps, tell)
+        if len(state.steps) <= known and before - state.cost < _worth(before):
+            break  # it has left again, or another for it, and the constants are not much better for it
     return state
+
+
+def _worth(cost: float) -> float:
+    """The least that an effect must take from a cost."""
+    return max(LEAST_DROP, LEAST_GAIN * (cost - FLOOR))
 
 
 def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> list[Trial]:
@@ -130,7 +136,7 @@ def _decide(state: Search, tried: int) -> Step | None:
     best = min(passed, key=lambda trial: trial.cost)
     near = [t for t in passed if t is not best and t.gain >= RIVAL_GAIN * best.gain]
     rivals = [t for t in near if separation_t(t.holdout, best.holdout) < RIVAL_T]
-    plain = [t for t in rivals if t.cost - best.cost < max(LEAST_DROP, LEAST_GAIN * (t.cost - FLOOR))]
+    plain = [t for t in rivals if t.cost - best.cost < _worth(t.cost)]
     simplest = min([best, *plain], key=lambda t: (len(t.candidate.free), t.cost))
     equals = tuple(t for t in [best, *rivals] if t is not simplest)
     others = tuple(t for t in state.last_trials if t is not simplest and t not in equals)
