@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from config.effect_entry import EffectEntry
 from gap.fitting.compare import paired_t
-from gap.fitting.evaluation import Evaluation, evaluate
+from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import CONVERGED, Fit, fit, settled
 from gap.fitting.initial_states import marginalised
 from gap.fitting.simulate import remembering
 from gap.search.screen import points
-from gap.search.search_state import Rest, Search, Step
+from gap.search.search_state import LEAST_DROP, Rest, Search, Step
 from gap.search.trial import Base, effects, effects_only, first_trial, has_size, own_trial
 from gap.search.verdict import CLOSED
 
@@ -101,8 +101,15 @@ def drop_superfluous(state: Search, tell: Tell) -> None:
     from where it has brought them, do without it."""
     for step in list(state.steps):
         rest = without(state, step.entry)
-        if rest is not None and paired_t(rest.seen, state.seen) < KEEP_T:
+        if rest is not None and _needless(state, step, rest):
             dismiss(state, step, rest.fit, "explains nothing that the others and the constants do not", tell)
+
+
+def _needless(state: Search, step: Step, rest: Rest) -> bool:
+    """The newest has just passed the gates of a first fit: it leaves only where the hold-out is no worse without it."""
+    if step is state.steps[-1]:
+        return mean_cost(rest.seen) - state.cost < LEAST_DROP
+    return paired_t(rest.seen, state.seen) < KEEP_T
 
 
 def dismiss(state: Search, step: Step, start: Fit, why: str, tell: Tell) -> None:

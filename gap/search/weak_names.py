@@ -1,7 +1,8 @@
 """Names that stay tentative even where the gap is closed: an effect whose size the finished model does not know, or that it hardly needs.
 
 Of several effects the first may close the gap and the next take what a wrong constant or friction of another form has left; the verdict,
-which weighs all of them together, would vouch for each (seen in the blind study: a null bias of −1.4e-3, 95 % −3.5e-3 to 0.6e-3).
+which weighs all of them together, would vouch for each (seen in the blind study: a null bias of −1.4e-3, 95 % −3.5e-3 to 0.6e-3). And it
+weighs them against constants whose fit may have ended beside the best place.
 """
 
 from __future__ import annotations
@@ -43,9 +44,7 @@ def _unsized(state: Search, step: Step, half_width: Array) -> str:
 
 
 def _unneeded(state: Search, step: Step) -> str:
-    """Beside others: they and the constants leave not much more without it. A single one the verdict weighs against the constants."""
-    if len(state.steps) < 2:
-        return ""
+    """The constants, fitted on from where it has brought them, and the other effects leave not much more without it."""
     rest = without(state, step.entry)
     if rest is None:
         return ""
