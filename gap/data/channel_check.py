@@ -40,9 +40,8 @@ def channel_problems(log: Measured, channel: Channel, sensor: Sensor, moving: bo
 
 def quantum(channel: Channel) -> float:
     """The smallest change of a channel: its quantisation, as far as the data show it."""
-    good = channel.logged[np.isfinite(channel.logged)]
-    changes = np.abs(np.diff(good))
-    changes = changes[changes > 1e-12 * max(float(np.ptp(good)), 1e-30)]
+    changes = np.abs(np.diff(channel.logged))
+    changes = changes[changes > 1e-12 * max(float(np.ptp(channel.logged)), 1e-30)]
     return float(np.quantile(changes, 0.02)) if changes.size > 10 else 0.0
 
 
@@ -100,8 +99,7 @@ def _steep_sides(values: Array, start: int, length: int, step: float) -> bool:
 def _coarse(log: Measured, channel: Channel, good: Array, sensor: Sensor, moving: bool) -> Sequence[DataProblem]:
     """A staircase: the smallest change is much larger than the resolution the rig file declares."""
     step = quantum(channel)
-    logged = channel.logged[np.isfinite(channel.logged)]
-    same = float(np.mean(np.diff(logged) == 0.0)) if logged.size > 1 else 0.0
+    same = float(np.mean(np.diff(channel.logged) == 0.0)) if channel.logged.size > 1 else 0.0
     if step <= COARSE * sensor.resolution or same < 0.2:
         return []
     what = f"moves in steps of {step:.3g} {channel.unit}; the rig file declares {sensor.resolution:.3g}. The steps count as noise"

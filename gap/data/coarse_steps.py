@@ -102,17 +102,16 @@ def _on_steps(values: Array, step: float) -> bool:
     """Whether every value is a whole number of steps away from the first, and enough of them differ."""
     if step == 0.0:
         return False
-    good = values[np.isfinite(values)]
-    away = (good - good[0]) / step
-    return bool(len(_changes(good)) >= _LEAST_CHANGES and np.max(np.abs(away - np.rint(away))) <= _ON)
+    away = (values - values[0]) / step
+    return bool(len(_changes(values)) >= _LEAST_CHANGES and np.max(np.abs(away - np.rint(away))) <= _ON)
 
 
 def _changes(values: Array) -> Array:
-    moves = np.diff(values[np.isfinite(values)])
+    moves = np.diff(values)
     return np.asarray(moves[moves != 0.0])
 
 
 def _refined(values: Array, step: float) -> float:
     """The step from the widest travel: a text file rounds every value, and the error of one change is not multiplied."""
-    span = float(np.nanmax(values) - np.nanmin(values))
+    span = float(np.ptp(values))
     return span / max(round(span / step), 1)

@@ -29,8 +29,8 @@ MOST_MISSING = 0.5  # share of the grid without a row, above which the rate itse
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One measured signal: values on the grid (NaN where there is none), and as `logged`, row by row: a value moved onto the grid lies
-    between two steps of the reading, a logged one on a step."""
+    """One measured signal: values on the grid (NaN where there is none), and what was `logged`, without what is missing: a value moved
+    onto the grid lies between two steps of the reading, a logged one on a step."""
 
     name: str
     unit: str
@@ -221,5 +221,6 @@ def _channels(
             continue
         values = np.full(rows, np.nan)
         values[place] = columns[name][keep]
-        found[signal] = Channel(signal, units.get(name, ""), values, logged[name][keep])
+        written = logged[name][keep]
+        found[signal] = Channel(signal, units.get(name, ""), values, written[np.isfinite(written)])
     return found
