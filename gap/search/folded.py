@@ -6,7 +6,6 @@ such an effect can be accepted to undo it; when the other effect is found, the t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,19 +14,17 @@ from config.effect_entry import EffectEntry
 from gap.data.measured import Array
 from gap.fitting.fit import Fit
 from gap.fitting.nuisance import HONEST
-from gap.search.acceptance import dismiss
-from gap.search.search_state import Search, Step
+from gap.search.acceptance import Tell, dismiss
+from gap.search.search_state import Search
 from gap.search.trial import sized_by
 from sim_backend.effects.registry import REGISTRY
 
 ALIKE = 0.999  # cosine of two signatures that are one
 
-Tell = Callable[[str], None]
 
-
-def fold(state: Search, steps: Sequence[Step], tell: Tell) -> None:
-    """Put the constant in the place of every one of these steps' effects that is one."""
-    for step in list(steps):
+def fold(state: Search, tell: Tell) -> None:
+    """Put the constant in the place of every effect that is one."""
+    for step in list(state.steps):
         found = constant_instead(state.current, step.entry)
         if found is None:
             continue
@@ -42,9 +39,10 @@ def constant_instead(done: Fit, entry: EffectEntry) -> tuple[Fit, str, float] | 
     if len(numbers) != 1 or sized_by(model, entry) != numbers:
         return None
     (number,) = numbers
-    alike, ratio = _same_signature(done, number)
-    if alike is None:
+    same = _same_signature(done, number)
+    if same is None:
         return None
+    alike, ratio = same
     free, own = model.free[alike], model.free[number]
     size = (model.theta[number] - REGISTRY[entry.effect].neutral[own.key]) / own.scale
     pull = float(model.pulls[alike] + ratio * size)
@@ -58,14 +56,14 @@ def constant_instead(done: Fit, entry: EffectEntry) -> tuple[Fit, str, float] | 
     return replace(done, model=smaller, jacobian=jacobian, columns=columns), free.key, pull
 
 
-def _same_signature(done: Fit, number: int) -> tuple[int | None, float]:
-    """The constant with the signature of this number, and how many of the constant's scales one scale of the number is."""
+def _same_signature(done: Fit, number: int) -> tuple[int, float] | None:
+    """The constant with the signature of this number, if there is one, and how many of the constant's scales one scale of the number is."""
     along, lengths = np.sum([_products(columns, number) for columns in done.columns], axis=0)
     prior = np.array([free.prior for free in done.model.free])
     cosines = np.where(prior, along / np.sqrt(np.maximum(lengths[number] * lengths, 1e-300)), 0.0)
     best = int(np.argmax(np.abs(cosines)))
     if abs(cosines[best]) < ALIKE:
-        return None, 0.0
+        return None
     return best, float(along[best] / lengths[best])
 
 

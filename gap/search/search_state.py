@@ -21,6 +21,11 @@ RIVAL_T = 3.0
 RIVAL_GAIN = 0.8
 
 
+def worth(cost: float) -> float:
+    """The least that an effect must take from a cost, in noise floors."""
+    return max(LEAST_DROP, LEAST_GAIN * (cost - FLOOR))
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
     """One accepted effect with its rivals: candidates the hold-out cannot tell from it."""
@@ -72,7 +77,7 @@ class Search:
         """The smallest fall of the hold-out's cost with which a candidate passes all gates. That of t: a fall that is even over the
         hold-out is known no better than the mean of its N values, √(2/N)."""
         values = sum(int(np.isfinite(e.measured).sum()) for e in self.holdouts)
-        return max(LEAST_DROP, LEAST_GAIN * (self.cost - FLOOR), LEAST_T * float(np.sqrt(2.0 / values)))
+        return max(worth(self.cost), LEAST_T * float(np.sqrt(2.0 / values)))
 
     @property
     def seen_at(self) -> float:

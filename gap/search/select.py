@@ -11,7 +11,7 @@ from gap.search.acceptance import Tell, accept, drop_superfluous, swap
 from gap.search.candidates import candidates
 from gap.search.folded import fold
 from gap.search.screen import Screening, Signature, screen
-from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step
+from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step, worth
 from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial, polished_trial
 from gap.search.turned import turned_trials
 
@@ -45,15 +45,10 @@ def search(state: Search, tell: Tell) -> Search:
         before, known, state = state.cost, len(state.steps), taken
         swap(state, tell)
         drop_superfluous(state, tell)
-        fold(state, state.steps, tell)
-        if len(state.steps) <= known and before - state.cost < _worth(before):
+        fold(state, tell)
+        if len(state.steps) <= known and before - state.cost < worth(before):
             break  # it has left again, or another for it, and the constants are not much better for it
     return state
-
-
-def _worth(cost: float) -> float:
-    """The least that an effect must take from a cost."""
-    return max(LEAST_DROP, LEAST_GAIN * (cost - FLOOR))
 
 
 def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> list[Trial]:
@@ -136,7 +131,7 @@ def _decide(state: Search, tried: int) -> Step | None:
     best = min(passed, key=lambda trial: trial.cost)
     near = [t for t in passed if t is not best and t.gain >= RIVAL_GAIN * best.gain]
     rivals = [t for t in near if separation_t(t.holdout, best.holdout) < RIVAL_T]
-    plain = [t for t in rivals if t.cost - best.cost < _worth(t.cost)]
+    plain = [t for t in rivals if t.cost - best.cost < worth(t.cost)]
     simplest = min([best, *plain], key=lambda t: (len(t.candidate.free), t.cost))
     equals = tuple(t for t in [best, *rivals] if t is not simplest)
     others = tuple(t for t in state.last_trials if t is not simplest and t not in equals)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from finished_search import finished, fitted, quiet
 
@@ -49,7 +48,7 @@ def test_the_constant_in_the_effects_place_predicts_the_same(state: Search) -> N
 
 def test_the_name_goes_and_the_constant_is_fitted(state: Search) -> None:
     found, told = moved(state, MASS_KG, 3.0), []
-    fold(found, found.steps, told.append)
+    fold(found, told.append)
     assert [step.trial.candidate.effect for step in found.steps] == ["coulomb_friction"]
     assert f"dropped: inertia_error at axis is {MASS} within +1.6 prior standard deviations" in told
     assert found.current.model.theta[number(found.current.model)] == pytest.approx(MASS_KG, rel=0.002)
@@ -67,13 +66,13 @@ def test_what_the_constant_itself_has_moved_counts(state: Search) -> None:
 def test_an_effect_that_no_constant_stands_for_stays(state: Search) -> None:
     assert constant_instead(state.current, state.steps[0].entry) is None
     whole = moved(state, MASS_KG, 5.0)
-    fold(whole, whole.steps, quiet)
+    fold(whole, quiet)
     assert len(whole.steps) == 2
 
 
 def test_constants_are_what_the_verdict_weighs_when_no_name_is_left(state: Search) -> None:
     alone = replace(moved(state, MASS_KG, 3.0), steps=[state.steps[1]])
-    fold(alone, alone.steps, quiet)
+    fold(alone, quiet)
     assert alone.steps == []
     assert alone.constants_only is alone.seen
-    assert np.isfinite(mean_cost(alone.constants_only))
+    assert mean_cost(alone.constants_only) < 1.05

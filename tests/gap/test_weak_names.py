@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from finished_search import finished, quiet
 
+from gap.fitting.evaluation import mean_cost
 from gap.report.findings import finding
 from gap.report.model_file import width_key
 from gap.search.acceptance import without
@@ -50,6 +51,14 @@ def test_an_effect_of_certain_size_that_the_others_hardly_need_is_not_confirmed(
     found = replace(state, steps=weighed(state, sure, quiet))
     assert found.steps[0].weak == ""
     assert found.steps[1].weak.startswith("is hardly needed (hold-out without it ")
+
+
+def test_the_only_name_is_weighed_against_constants_fitted_on_from_its_place(state: Search) -> None:
+    """What the verdict has beside it, the first fit of the constants, ended at far more."""
+    sure = np.full(len(state.current.model.free), 1e-12)
+    (alone,) = replace(state, steps=weighed(replace(state, steps=state.steps[1:]), sure, quiet)).steps
+    assert mean_cost(state.constants_only) > 10.0
+    assert alone.weak.startswith("is hardly needed (hold-out without it ")
 
 
 def test_the_rest_without_an_effect_is_fitted_once(state: Search) -> None:
