@@ -20,10 +20,12 @@ HUBER = 6.0  # residuals beyond this many standard deviations (of noise, or of t
 
 @dataclass(frozen=True, slots=True)
 class Costing:
-    """How residuals count: Huber threshold of every channel, fixed by the first model so that costs compare, and correlation time."""
+    """How residuals count: Huber threshold of every channel, fixed by the first model so that costs compare, and the samples that count as
+    one: `caution` times the correlation time."""
 
     threshold: Array
     tau: float
+    caution: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +53,8 @@ def costing(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> Costin
 
 def recounted(costs: Costing, now: Sequence[Evaluation]) -> Costing:
     """The costing with the correlation time of another model's residual; costs stay comparable."""
-    return Costing(costs.threshold, _correlation([e.experiment for e in now], [e.left for e in now]))
+    tau = costs.caution * _correlation([e.experiment for e in now], [e.left for e in now])
+    return Costing(costs.threshold, tau, costs.caution)
 
 
 def _correlation(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from scipy.stats import norm
@@ -12,7 +13,7 @@ from gap.search.candidates import candidates
 from gap.search.folded import fold
 from gap.search.screen import Screening, Signature, screen
 from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step, worth
-from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial, polished_trial
+from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial
 from gap.search.turned import turned_trials
 
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
@@ -38,7 +39,7 @@ def search(state: Search, tell: Tell) -> Search:
         screening = screen(plain.current, state.costs, found, state.seen_at, tell)
         state.first_screening = state.first_screening or screening
         state.last_trials = tuple(sorted(_trials(state, plain, screening, tell), key=lambda trial: trial.cost))
-        step = _decide(state, len(found)) or _second_look(state, len(found), tell)
+        step = _decide(state, len(found))
         taken = accept(state, step, tell) if step else None
         if taken is None:
             break
@@ -86,21 +87,6 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
     return trials
 
 
-def _second_look(state: Search, tried: int, tell: Tell) -> Step | None:
-    """Before nothing is named: the best candidates fitted on as the constants have been, with sensitivities and start states of their own.
-    Fits of a few steps with older ones end beside the best place, and beside friction of another form that costs the votes. Only for
-    a first effect: later ones would be compared with constants that had no such fit."""
-    if state.steps:
-        return None
-    own = sorted((t for t in state.last_trials if t.own and t.beside is None), key=lambda t: t.cost)[:LEADING]
-    further = [polished_trial(state.base, trial, state.nominal) for trial in own]
-    for trial in further:
-        tell(f"  {trial.candidate.label}, fitted further: hold-out {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
-    rest = [t for t in state.last_trials if all(t is not other for other in own)]
-    state.last_trials = tuple(sorted([*further, *rest], key=lambda trial: trial.cost))
-    return _decide(state, tried)
-
-
 def least_t(tried: int) -> float:
     """The t that one of so many candidates needs, so that a whole search rarely finds what is not there."""
     return max(LEAST_T, float(norm.isf(FALSE_ALARM / (3 * max(tried, 1)))))
@@ -123,16 +109,23 @@ def _needed_t(gain: float, drop: float, least: float) -> float:
 
 
 def _decide(state: Search, tried: int) -> Step | None:
-    """The best candidate that passes all gates, or None. Of equals, the one with the fewest parameters unless more are worth an effect."""
+    """The best candidate that passes all gates, or None."""
     least = least_t(tried)
     passed = [t for t in state.last_trials if t.own and t.has_size and passes(t.t, t.gain, t.drop, least)]
-    if not passed:
-        return None
+    return _best_of(passed, state.last_trials) if passed else None
+
+
+def _best_of(passed: Sequence[Trial], every: Sequence[Trial]) -> Step:
+    """The best of those that passed the gates, with those that gain nearly as much and that the hold-out cannot tell from it."""
     best = min(passed, key=lambda trial: trial.cost)
     near = [t for t in passed if t is not best and t.gain >= RIVAL_GAIN * best.gain]
-    rivals = [t for t in near if separation_t(t.holdout, best.holdout) < RIVAL_T]
+    return step_of(best, [t for t in near if separation_t(t.holdout, best.holdout) < RIVAL_T], every)
+
+
+def step_of(best: Trial, rivals: Sequence[Trial], every: Sequence[Trial]) -> Step:
+    """Of equals, the one with the fewest parameters is the name unless more are worth an effect."""
     plain = [t for t in rivals if t.cost - best.cost < worth(t.cost)]
     simplest = min([best, *plain], key=lambda t: (len(t.candidate.free), t.cost))
     equals = tuple(t for t in [best, *rivals] if t is not simplest)
-    others = tuple(t for t in state.last_trials if t is not simplest and t not in equals)
-    return Step(simplest.fit.model.added[-1], simplest, equals, others)
+    rest = tuple(t for t in every if t is not simplest and t not in equals)
+    return Step(simplest.fit.model.added[-1], simplest, equals, rest)

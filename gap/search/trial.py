@@ -12,7 +12,7 @@ from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, mean_cost
-from gap.fitting.fit import Fit, covariance, fit, polished
+from gap.fitting.fit import Fit, covariance, fit, fitted_to_its_end
 from gap.fitting.initial_states import Projection, marginalised
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected
@@ -79,6 +79,11 @@ class Trial:
     def cost(self) -> float:
         return mean_cost(self.holdout)
 
+    @property
+    def everywhere(self) -> tuple[Evaluation, ...]:
+        """On the fit logs and on the hold-out."""
+        return (*self.fit.evaluations, *self.holdout)
+
 
 def first_trial(base: Base, candidate: Candidate, starts: Sequence[Model]) -> Trial:
     """Fit from the best starting point, from the next as well if that brings little; initial states as those of the current model."""
@@ -107,10 +112,10 @@ def own_trial(base: Base, trial: Trial, others: Sequence[Fit]) -> Trial:
     return replace(_judged(base, trial.candidate, min(fits, key=lambda done: done.cost), None), own=True)
 
 
-def polished_trial(base: Base, trial: Trial, nominal: Fit) -> Trial:
-    """The same candidate with all numbers fitted on, sensitivities and start states renewed on the way."""
-    done, _ = polished(trial.fit, nominal.evaluations, base.costs)
-    return trial if done is trial.fit else replace(_judged(base, trial.candidate, done, None), own=True)
+def joint_trial(base: Base, candidate: Candidate, start: Model, nominal: Fit) -> Trial:
+    """The candidate and all constants fitted together from `start`, sensitivities and start states renewed on the way."""
+    done, _ = fitted_to_its_end(start, base.experiments, base.costs, nominal.evaluations)
+    return replace(_judged(base, candidate, done, None), own=True)
 
 
 def _effects_fitted(base: Base, moved: Model, other: Fit, own: Sequence[Projection]) -> Fit:

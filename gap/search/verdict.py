@@ -52,7 +52,7 @@ def verdict(state: Search, before: float, refit: float, after: float, unsteady: 
         far = f" Beyond {ALARM:g} prior standard deviations: {', '.join(alarms)}." if alarms else ""
         moved = f"Other values of the rig's constants alone bring the hold-out from {before:.3g} to {refit:.3g} noise floors"
         left = still_open(state.current.evaluations)
-        rest = f", but {left}: the hold-out shows less of the gap." if left else "." if unsteady else f"; no {other} is missing."
+        rest = f", but {left}: the hold-out shows less of the gap." if left else "." if unsteady else f"; no {other} shows in these logs."
         hides = f" But {unsteady}: a missing effect may hide there." if unsteady else ""
         return Verdict("parameter_mismatch", f"{moved}{rest}{hides}{far}", not (alarms or left or unsteady))
     why = f"The hold-out stays at {refit:.3g} noise floors with the best constants, and no known {other} passes the gates."

@@ -26,7 +26,7 @@ def weighed(state: Search, half_width: Array, tell: Tell) -> list[Step]:
     """The steps of a search that closed the gap, each with why its name is weak, if it is. `half_width`: 95 %, of every free number."""
     if state.cost > CLOSED:
         return state.steps
-    found = [replace(step, weak=_unsized(state, step, half_width) or _unneeded(state, step)) for step in state.steps]
+    found = [replace(step, weak=step.weak or _unsized(state, step, half_width) or _unneeded(state, step)) for step in state.steps]
     for step in found:
         if step.weak:
             tell(f"tentative: {step.trial.candidate.label} {step.weak}")

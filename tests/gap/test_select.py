@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import pytest
 from scipy.stats import norm
 
-from gap.search import select
 from gap.search.select import FALSE_ALARM, least_t, passes
 
 
@@ -42,25 +38,3 @@ def test_more_candidates_need_more_agreement() -> None:
     assert least_t(1) == 3.5
     assert least_t(200) > least_t(60) > 3.5
     assert 3 * 200 * norm.sf(least_t(200)) == pytest.approx(FALSE_ALARM)  # of 200 candidates in three stages
-
-
-def trial(label: str, cost: float, own: bool = True, beside: object = None) -> Any:
-    return SimpleNamespace(candidate=SimpleNamespace(label=label), cost=cost, own=own, beside=beside, t=1.0)
-
-
-def test_before_nothing_is_named_the_two_best_are_fitted_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only those about their own start states, whatever they gained before; what they reach is judged by the same gates."""
-    asked: list[str] = []
-    monkeypatch.setattr(select, "polished_trial", lambda base, t, nominal: asked.append(t.candidate.label) or trial(t.candidate.label, 0.5))
-    monkeypatch.setattr(select, "_decide", lambda state, tried: [t.cost for t in state.last_trials])
-    rough, turned = trial("rough", 1.1, own=False), trial("turned", 1.2, beside="sign")
-    known = (rough, turned, trial("third", 1.5), trial("second", 1.4), trial("first", 1.3))
-    state: Any = SimpleNamespace(steps=[], last_trials=known, base=None, nominal=None)
-    assert select._second_look(state, 54, lambda line: None) == [0.5, 0.5, 1.1, 1.2, 1.5]
-    assert asked == ["first", "second"]
-
-
-def test_no_second_look_beside_an_effect() -> None:
-    """Its constants had no such fit."""
-    state: Any = SimpleNamespace(steps=["one"], last_trials=(trial("first", 1.3),))
-    assert select._second_look(state, 54, lambda line: None) is None
