@@ -14,7 +14,7 @@ from blind.naming_record import write_record
 from blind.pictures import confusion, power
 from blind.score import Score, score
 from blind.seal import published
-from blind.tables import Share, by_effect, by_form, by_sensors, failures, of_group, share, table, targets
+from blind.tables import Share, by_effect, by_form, by_sensors, by_version, failures, of_group, share, table, targets
 
 DOCS = Path(__file__).parents[2] / "docs"
 TITLE = "How the search fares with a machine it does not know"
@@ -37,17 +37,17 @@ def _head(study: Path, cases: Sequence[Case], results: Mapping[str, Mapping[str,
     if not results:
         return f"# {TITLE}\n\nNo case has been run yet. Answers {sealed}, SHA-256 `{digest}`.\n"
     counts = Counter(s.case.group for s in scores)
-    versions = Counter((r["finder"], r["commit"]) for r in results.values())
+    versions = {(r["finder"], r["commit"]) for r in results.values()}
     dates = sorted(str(r["date"]) for r in results.values())
     seconds = [float(r["seconds"]) for r in results.values()]
     run = ", ".join(f"{counts[g]} {g.replace('_', ' ')}" for g in ("single", "null", "pair", "out_of_library", "look_alike"))
-    builds = "; ".join(f"{n} with sources {finder} (commit {commit or 'unknown'})" for (finder, commit), n in versions.most_common())
+    builds = "one version" if len(versions) == 1 else f"{len(versions)} versions"
     return f"""# {TITLE}
 
 You will have: what the search for missing physics gets right and wrong on hidden effects, with how many cases each number rests on.
 Written by `make blind`; do not edit.
 
-**{len(scores)} of {len(cases)} cases run** ({run}), {dates[0]} to {dates[-1]} UTC. Results: {builds}.
+**{len(scores)} of {len(cases)} cases run** ({run}), {dates[0]} to {dates[-1]} UTC, with {builds} of the search (table below).
 Answers {sealed}, SHA-256 `{digest}`, before the run.
 No setting of the search was tuned on these answers but where the protocol says so; development used seeds of its own.
 A search took {median(seconds):.0f} s (median, on a busy machine; longest {max(seconds):.0f} s).
@@ -61,6 +61,19 @@ def _numbers(cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]], sc
         table(("question", "wanted", "seen"), targets(scores, resolved)),
         "![Share named over the size](pictures/blind_power.png)\n",
         "![Hidden effect against first name](pictures/blind_confusion.png)\n",
+        "### By version of the search\n",
+        table(
+            (
+                "commit",
+                "last case (UTC)",
+                "cases",
+                "one effect, 3× and 10×: named",
+                "no effect: false name",
+                "both of two",
+                "wrong confirmed",
+            ),
+            by_version(scores, results),
+        ),
         "### By effect\n\nNamed (first or in its set) of cases run, at 1, 3 and 10 smallest visible sizes; where half are named;\n"
         "median error of the parameter at 3× and 10×; what was wrongly named instead.\n",
         table(("hidden", "1×", "3×", "10×", "half at", "error", "wrong names"), by_effect(scores)),

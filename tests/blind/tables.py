@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
+from typing import Any
 
 from blind.score import QUIET, Score, right
 from blind.truth.friction import BRISTLE, RIGID, SLIP
@@ -111,6 +112,28 @@ def by_sensors(scores: Sequence[Score]) -> list[list[str]]:
         [text, share([s for s in large if s.case.setting.chambers is chambers], lambda s: s.in_set).text()]
         for text, chambers in (("with chamber pressures", True), ("without", False))
     ]
+
+
+def by_version(scores: Sequence[Score], results: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
+    """One row a version of the search, the latest first: only cases of one version say what that version does."""
+    latest: dict[tuple[str, str], str] = {}
+    for result in results.values():
+        version = (str(result["commit"]), str(result["finder"]))
+        latest[version] = max(latest.get(version, ""), str(result["date"]))
+    rows = []
+    for commit, finder in sorted(latest, key=lambda version: latest[version], reverse=True):
+        own = [s for s in scores if results[s.case.name]["finder"] == finder and results[s.case.name]["commit"] == commit]
+        large = [s for s in of_group(own, "single") if s.case.multiple >= 3]
+        null, pair = of_group(own, "null"), of_group(own, "pair")
+        shares = (
+            share(large, lambda s: s.in_set),
+            share(null, lambda s: bool(s.wrong)),
+            share(pair, lambda s: s.all_named),
+        )
+        wrong = sum(bool(s.wrong_confirmed) for s in own)
+        name = f"{commit or 'unknown'} (sources {finder})"
+        rows.append([name, latest[commit, finder], str(len(own)), *(part.text() for part in shares), str(wrong)])
+    return rows
 
 
 def failures(scores: Sequence[Score]) -> list[list[str]]:

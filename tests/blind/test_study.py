@@ -104,3 +104,21 @@ def test_sizes_are_those_of_the_case_s_own_friction_and_sensors() -> None:
             setting = case.setting
             expected = case.multiple * 0.001 * (1 + setting.friction_form) * (2 if setting.chambers else 1)
             assert abs(setting.hidden[0].value) == pytest.approx(expected)
+
+
+def test_page_tells_versions_apart(study: Path, tmp_path: Path) -> None:
+    """The share of one version is counted from its own cases."""
+    every = unseal(study)
+    older = next(c for c in every[:40:2] if c.group == "single" and c.multiple >= 3)
+    path = study / "results" / f"{older.name}.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"findings": [], "verdict": "unknown"}))
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    write_page(study, every, results(study), docs)
+    text = (docs / "blind.md").read_text()
+    rows = {name: next(line for line in text.splitlines() if f"(sources {name})" in line) for name in ("older", finder_digest())}
+    large = {"older": every[:40:2], finder_digest(): every[1:40:2]}
+    counts = {name: sum(c.group == "single" and c.multiple >= 3 for c in some) for name, some in large.items()}
+    assert f"| {counts['older'] - 1} of {counts['older']}," in rows["older"]
+    assert f"| {counts[finder_digest()]} of {counts[finder_digest()]}," in rows[finder_digest()]
+    assert "with 2 versions of the search" in text
