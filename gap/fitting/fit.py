@@ -28,7 +28,7 @@ SETTLINGS = 3
 SAME_TAU = 0.7  # ratio of correlation times above which they are one
 CONVERGED = 1e-3  # a base that has not converged would sell its rest to the next candidate
 POLISHINGS, POLISH_STEPS = 4, 3
-WHOLE_STEPS = 8
+REFIT_STEPS = 8
 LITTLE = 0.05  # of the rig file's excess over the floor
 ENDED = 0.1  # relative gain in excess over the floor below which polishing ends
 ENOUGH = 5e-3  # relative gain of a step below which a fit ends
@@ -120,7 +120,7 @@ def polished(done: Fit, nominal: Sequence[Evaluation], costs: Costing, good: flo
 
 def whole_fit(start: Model, experiments: Sequence[Experiment], costs: Costing) -> Fit:
     """All numbers fitted from `start`, with sensitivities of their own."""
-    return fit(start, experiments, costs, range(len(start.free)), None, WHOLE_STEPS, enough=CONVERGED)
+    return fit(start, experiments, costs, range(len(start.free)), None, REFIT_STEPS, enough=CONVERGED)
 
 
 def fitted_to_its_end(

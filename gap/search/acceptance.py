@@ -8,7 +8,7 @@ from dataclasses import replace
 from config.effect_entry import EffectEntry
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
-from gap.fitting.fit import CONVERGED, Fit, fit, settled
+from gap.fitting.fit import REFIT_STEPS, Fit, fit, settled, whole_fit
 from gap.fitting.initial_states import marginalised
 from gap.fitting.simulate import remembering
 from gap.search.screen import points
@@ -17,7 +17,6 @@ from gap.search.trial import Base, effects, effects_only, first_trial, has_size,
 from gap.search.verdict import CLOSED
 
 KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
-REFIT_STEPS = 8
 ROUNDS = 3  # of fitting the effects alone, each about start states of its own
 
 Tell = Callable[[str], None]
@@ -55,7 +54,7 @@ def refit(state: Search, start: Fit, tell: Tell) -> None:
     best = own if own.cost < start.cost else start
     vector = best.model.vector()
     state.experiments = [remembering(e, vector) for e in state.experiments]
-    done = fit(best.model, state.experiments, state.costs, range(len(best.model.free)), None, REFIT_STEPS, enough=CONVERGED)
+    done = whole_fit(best.model, state.experiments, state.costs)
     state.current, state.costs = settled(done, state.experiments, state.costs, REFIT_STEPS)
     state.seen = on_holdouts(state, state.current)
     tell(f"hold-out: {state.cost:.4g} noise floors")

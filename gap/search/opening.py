@@ -12,10 +12,9 @@ from gap.data.noise import noise_floors
 from gap.data.strata import chosen
 from gap.data.windows import Experiment, prepare, velocities
 from gap.fitting.evaluation import Evaluation, costing, evaluate, judged, mean_cost
-from gap.fitting.fit import CONVERGED, Fit, fit, settled, unfitted
+from gap.fitting.fit import CONVERGED, REFIT_STEPS, Fit, fit, settled, unfitted
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering, some
-from gap.search.acceptance import REFIT_STEPS
 from gap.search.search_state import Search
 from gap.search.settings import Settings
 from gap.search.window_length import window_length_s

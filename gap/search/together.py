@@ -81,10 +81,10 @@ def _trials(state: Search, cautious: Search, screening: Screening, tell: Tell) -
     known = sorted((t for t in state.last_trials if t.own and t.beside is None), key=lambda trial: trial.cost)[:KNOWN]
     labels = [trial.candidate.label for trial in known]
     asked = [s for k, s in enumerate(screening.signatures) if k < BEST or s.candidate.label in labels]
-    rough = replace(cautious, experiments=[e.experiment for e in thinned(state.nominal, ROUGH_WINDOWS)[0].evaluations])
+    some = [e.experiment for e in thinned(state.nominal, ROUGH_WINDOWS)[0].evaluations]
     first = []
     for signature in asked:
-        start = whole_fit(signature.starts[0], rough.experiments, rough.costs)
+        start = whole_fit(signature.starts[0], some, cautious.costs)
         tell(f"  {signature.candidate.label}: {start.cost:.4g} noise floors of the fit logs")
         first.append((start.cost, signature.candidate, start.model))
     trials = []

@@ -10,10 +10,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from gap.fitting.evaluation import NO_GAP, evaluate, recounted
-from gap.fitting.fit import CONVERGED, Fit, fit, polished, settled
+from gap.fitting.fit import CONVERGED, REFIT_STEPS, Fit, fit, polished, settled
 from gap.fitting.model import Free, Model
 from gap.fitting.nuisance import HONEST
-from gap.search.acceptance import REFIT_STEPS, refit
+from gap.search.acceptance import refit
 from gap.search.search_state import Search
 from gap.search.select import search
 from gap.search.verdict import alarmed
