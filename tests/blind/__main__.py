@@ -86,7 +86,7 @@ def _run(study: Path, every: Sequence[Case], arguments: argparse.Namespace) -> N
     start = time.monotonic()
     threads = 1 if arguments.workers != 1 else 2
     with executor(arguments.workers, arguments.dask) as pool:
-        batch = 2 * (arguments.workers or os.cpu_count() or 1) if arguments.dask is None else len(todo)
+        batch = 6 * (arguments.workers or os.cpu_count() or 1) if arguments.dask is None else len(todo)
         for first in range(0, len(todo), max(batch, 1)):
             if time.monotonic() - start > 60 * arguments.minutes:
                 break
