@@ -1,6 +1,6 @@
 """Look-alikes: hidden effects whose first logs cannot tell them from another, and whether the proposed maneuvers do.
 
-    python -m benchmarks.look_alikes [force_axis | ornl_testbed] [--out FOLDER] [--cases 0 3 7]
+    python -m benchmarks.look_alikes [force_axis | two_encoders | ornl_testbed] [--out FOLDER] [--cases 0 3 7]
 
 One line a case: what the first search said, how many rounds it took, how it ended. Every case leaves row.json in its folder; a case that
 has one is not run again. Summary at the end.
@@ -16,59 +16,23 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.look_alike_cases import BENCHES, Bench, Case
 from config.load import LoadedRig, load_rig, rig_from_text
 from daemon.cli.gap_loop import runner
 from gap.loop import Course, resolve
-from gap.maneuvers.designs import Design
-
-# The hidden effect as an entry of plant.effects (None: the rig file's own entry is taken out of the model) and the first two maneuvers.
-_SLOW = {"start": {"axis": "0.125 m"}, "joint": "axis", "cycles": 2}
-AXIS_FIRST = (
-    Design("slow_triangle", _SLOW | {"amplitude": "0.05 m", "rate": "0.05 m/s"}),
-    Design("slow_triangle", _SLOW | {"amplitude": "0.08 m", "rate": "0.08 m/s"}),
-)
-AXIS = (
-    "{effect: transport_delay, where: axis, delay: 4 ms}",
-    "{effect: transport_delay, where: axis, delay: 8 ms}",
-    "{effect: valve_lag, where: axis, time_constant: 4 ms, damping_ratio: 0.7}",
-    "{effect: valve_lag, where: axis, time_constant: 3 ms, damping_ratio: 0.9}",
-    "{effect: sensor_delay, where: 'sensor:axis.position', delay: 4 ms}",
-    "{effect: inertia_error, where: axis, extra: 30 kg}",
-    "{effect: valve_deadband, where: axis, overlap: 0.03}",
-    "{effect: valve_hysteresis, where: axis, half_width: 0.02}",
-    "{effect: stiction, where: axis, excess: 10 N, velocity: 5 mm/s}",
-    "{effect: asymmetric_friction, where: axis, friction_difference: 10 N, coefficient_difference: 0 N*s/m}",
-    ("coulomb_friction", "axis"),
-    ("viscous_friction", "axis"),
-)
-ARM_FIRST = (Design("paper_line"), Design("joint_steps"))
-ARM = (
-    ("valve_lag", "rotary"),
-    ("valve_lag", "prismatic"),
-    ("hose_compliance", "rotary"),
-    ("hose_compliance", "prismatic"),
-    ("entrained_air", "rotary"),
-    ("coulomb_friction", "prismatic"),
-    ("stiction", "rotary"),
-    ("cross_leakage", "prismatic"),
-    "{effect: transport_delay, where: rotary, delay: 5 ms}",
-    "{effect: sensor_delay, where: 'sensor:rotary.position', delay: 5 ms}",
-    "{effect: valve_deadband, where: prismatic, overlap: 0.02}",
-    "{effect: external_leakage, where: rotary, conductance: 2e-12 m^3/s/Pa}",
-)
-Case = str | tuple[str, str]
 
 
-def _rigs(name: str, case: Case) -> tuple[str, LoadedRig, tuple[str, str]]:
+def _rigs(bench: Bench, case: Case) -> tuple[str, LoadedRig, tuple[str, str]]:
     """Text of the model, the true rig, and the hidden effect."""
-    whole = load_rig(name)
-    text = whole.text.replace("{resolution: 1 um, ", "{resolution: 1 um, noise: 2 um, ")  # the axis alone has a noiseless encoder
+    shipped = load_rig(bench.rig)
+    text = shipped.text
+    for old, new in bench.edits:
+        text = text.replace(old, new)
     if isinstance(case, tuple):
         entry = re.compile(rf"^\s*- \{{effect: {case[0]}, where: {case[1]},.*\n", re.MULTILINE)
-        return entry.sub("", text, count=1), LoadedRig(rig_from_text(text), text, whole.path), case
-    hidden = _effect_of(case)
+        return entry.sub("", text, count=1), LoadedRig(rig_from_text(text), text, shipped.path), case
     truth = re.sub(r"^  effects:\n", f"  effects:\n    - {case}\n", text, count=1, flags=re.MULTILINE)
-    return text, LoadedRig(rig_from_text(truth), truth, whole.path), hidden
+    return text, LoadedRig(rig_from_text(truth), truth, shipped.path), _effect_of(case)
 
 
 def _effect_of(case: str) -> tuple[str, str]:
@@ -77,14 +41,14 @@ def _effect_of(case: str) -> tuple[str, str]:
     return found[1], found[2]
 
 
-def run_case(name: str, case: Case, seed: int, out: Path) -> dict[str, Any]:
-    model, truth, hidden = _rigs(name, case)
+def run_case(bench: Bench, case: Case, seed: int, out: Path) -> dict[str, Any]:
+    """Logs, rounds of search and maneuver, and how it ended, as the content of row.json."""
+    model, truth, hidden = _rigs(bench, case)
     out.mkdir(parents=True, exist_ok=True)
     (out / "model.yaml").write_text(model)
     start = time.monotonic()
     run = runner(truth, out, seed, lambda line: None)
-    first = AXIS_FIRST if name == "force_axis" else ARM_FIRST
-    logs = [run(design, use) for design, use in zip(first, ("fit", "holdout"), strict=True)]
+    logs = [run(design, use) for design, use in zip(bench.first, ("fit", "holdout"), strict=True)]
     course = resolve(out / "model.yaml", logs[:1], logs[1:], out, run, lambda line: None, lambda one: None)
     return _judged(course, hidden) | {"hidden": " at ".join(hidden), "seconds": round(time.monotonic() - start, 1)}
 
@@ -134,17 +98,16 @@ def _line(number: int, row: Mapping[str, Any]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.look_alikes")
-    parser.add_argument("rig", nargs="?", default="force_axis", choices=("force_axis", "ornl_testbed"))
+    parser.add_argument("bench", nargs="?", default="force_axis", choices=tuple(BENCHES))
     parser.add_argument("--out", type=Path, default=Path("look-alikes"))
     parser.add_argument("--cases", type=int, nargs="*")
     arguments = parser.parse_args()
-    cases: tuple[Case, ...] = AXIS if arguments.rig == "force_axis" else ARM
-    rows = []
-    for number in range(len(cases)) if arguments.cases is None else arguments.cases:
-        folder = arguments.out / f"{arguments.rig}-{number:02}"
+    bench, rows = BENCHES[arguments.bench], []
+    for number in range(len(bench.cases)) if arguments.cases is None else arguments.cases:
+        folder = arguments.out / f"{arguments.bench}-{number:02}"
         done = folder / "row.json"
         if not done.exists():
-            row = run_case(arguments.rig, cases[number], 100 + 10 * number, folder)
+            row = run_case(bench, bench.cases[number], 100 + 10 * number, folder)
             done.write_text(json.dumps(row, indent=2) + "\n")
         rows.append(json.loads(done.read_text()))
         print(_line(number, rows[-1]), flush=True)

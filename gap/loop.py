@@ -1,7 +1,7 @@
 """Find, run the maneuver that would tell, find again, until a name is confirmed or nothing separates what is left.
 
-The rig is whatever `run` runs: a design in, the path of its log out. A maneuver is run as often as is proposed. Its logs decide (they are
-held out); those of the round before, if any, go to the logs that are fitted.
+The rig is whatever `run` runs: a design in, the path of its log out. A maneuver is run once to fit and as often as is proposed to decide:
+what tells two explanations apart also says what the numbers of each are, and one fitted to logs that hardly showed it would lose for that.
 """
 
 from __future__ import annotations
@@ -98,7 +98,6 @@ def resolve(
 ) -> Course:
     """Rounds of search and run until settled. `show` gets every round as it ends; results go to `out`/round-N."""
     course, fitted, deciding = Course(), list(logs), list(holdouts)
-    newest: list[Path] = []
     for number in range(1, most_rounds + 1):
         found = find(rig, fitted, deciding, out / f"round-{number}", tell, settings or Settings())
         asked = _asked(found.content)
@@ -107,14 +106,11 @@ def resolve(
         if _ended(course, most_rounds) or asked is None:
             return course
         try:
-            repeats = range(1, found.content["next_maneuver"]["repeats"] + 1)
-            new = [run(asked, f"round-{number}" if k == 1 else f"round-{number}-repeat-{k}") for k in repeats]
+            fitted.append(run(asked, f"round-{number}-fit"))
+            deciding += [run(asked, f"round-{number}-decide-{k}") for k in range(1, found.content["next_maneuver"]["repeats"] + 1)]
         except LongreachError as refused:
             course.outcome, course.why = "not_runnable", f"{asked.label}: {refused}"
             return course
-        deciding = [path for path in deciding if path not in newest] + new
-        fitted += newest
-        newest = new
     return course
 
 

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from config.load import load_maneuver
 from config.maneuver import JointManeuver, maneuver_content
 from config.rig import Rig
@@ -43,11 +45,11 @@ class Design:
 
     @property
     def smaller(self) -> Design | None:
-        """Half the amplitude on the command; None for what has none, or is small already."""
+        """Half the power on the command; None for what has none, or is small already."""
         value, _, unit = str(self.parameters.get("amplitude", "")).partition(" ")
         if unit != "V" or float(value) < _LEAST_V:
             return None
-        return Design(self.name, {**self.parameters, "amplitude": f"{float(value) / 2:.3g} V"})
+        return Design(self.name, {**self.parameters, "amplitude": f"{float(value) * np.sqrt(0.5):.3g} V"})
 
     @property
     def request(self) -> dict[str, Any]:
@@ -86,10 +88,12 @@ def _forms(rig: Rig, joint: JointLimits) -> Iterator[tuple[str, Parameters]]:
 def _waves(rig: Rig, joint: JointLimits) -> Iterator[dict[str, Any]]:
     """Signals on the command: low and high band, small and as large as the servo can hold the arm against."""
     most = min(joint.command_V, rig.joints[joint.name].following_error_limit * abs(rig.servo[joint.name].gain))
-    for low, high in ((0.3, 6.0), (2.0, rig.loop.rate_Hz / _LEAST_CYCLES)):
-        for share in (0.2, 0.8):
-            band = {"from": f"{low:g} Hz", "to": f"{high:g} Hz", "period": "4 s", "periods": 2, "lines": 24}
-            yield {"on": "command", "amplitude": f"{share * most:.3g} V", "fade": "0.5 s", "crest_limit": 3} | band
+    highest = rig.loop.rate_Hz / _LEAST_CYCLES
+    # The last is all where delays and lags differ most: lower lines move the joint far for little that tells, up to its following error.
+    bands = ((0.3, 6.0, 0.2), (0.3, 6.0, 0.8), (2.0, highest, 0.2), (2.0, highest, 0.8), (highest / 4, highest, 0.8))
+    for low, high, share in bands:
+        band = {"from": f"{low:g} Hz", "to": f"{high:g} Hz", "period": "4 s", "periods": 2, "lines": 24}
+        yield {"on": "command", "amplitude": f"{share * most:.3g} V", "fade": "0.5 s", "crest_limit": 3} | band
 
 
 def _start(rig: Rig, name: str) -> dict[str, str]:

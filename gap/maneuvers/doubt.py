@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from config.load import LoadedRig
+from gap.maneuvers.earlier_logs import earlier_logs
 from gap.maneuvers.next_maneuver import next_maneuver
 from gap.maneuvers.rivals import MOST_RIVALS, NONE
 from gap.maneuvers.separation import Rival
@@ -31,22 +32,23 @@ def doubtful(state: Search, word: Verdict) -> list[Rival]:
     """The first effect with look-alikes and the closest of them; without look-alikes, the last tentative one and its runner-up."""
     unclear = next(((step.trial, *alike) for step in state.steps if (alike := look_alikes(state, step))), None)
     if unclear is not None:
-        return [_rival(trial) for trial in unclear[:MOST_RIVALS]]
+        return [_rival(state, trial) for trial in unclear[:MOST_RIVALS]]
     tentative = [step for step in state.steps if step.weak or not word.confirmed]
     if not tentative:
         return []
     last = tentative[-1]
-    return [_rival(last.trial), _runner_up(state, last)]
+    return [_rival(state, last.trial), _runner_up(state, last)]
 
 
 def _runner_up(state: Search, step: Step) -> Rival:
-    """The next best explanation that was fitted, else the model without the effect."""
+    """The next best explanation that was fitted, else the model without the effect: that is fitted to no log, so none holds its numbers."""
     others = [trial for trial in step.others if trial.gain > 0.0]
     if others:
-        return _rival(min(others, key=lambda trial: trial.cost))
+        return _rival(state, min(others, key=lambda trial: trial.cost))
     before = state.nominal.model if step is state.steps[0] else step.trial.fit.model.without_effect(step.entry)
     return Rival(NONE, before)
 
 
-def _rival(trial: Trial) -> Rival:
-    return Rival(trial.candidate.label, trial.fit.model)
+def _rival(state: Search, trial: Trial) -> Rival:
+    model = trial.fit.model
+    return Rival(trial.candidate.label, model, earlier_logs(model, state.current, state.costs))

@@ -51,7 +51,7 @@ def next_maneuver(
     if found is None or found.repeats:
         return found
     tell("no maneuver separates any of them with the sensors fitted; trying others")
-    return course.best_sensor()
+    return course.best_sensor(found)
 
 
 def _concerned(loaded: LoadedRig, rivals: Sequence[Rival]) -> list[str]:
@@ -192,11 +192,12 @@ class _Course:
         pairs = tuple(Pair((self.rivals[a].name, self.rivals[b].name), found[a, b]) for a, b in self.pairs)
         return Proposal(design, pairs, self._log(design, 0).duration_s, sensor)
 
-    def best_sensor(self) -> Proposal:
-        """Sensors the rig does not have, on the maneuvers on which they would show the explanations furthest apart."""
+    def best_sensor(self, without: Proposal) -> Proposal:
+        """Sensors the rig does not have, on the maneuvers on which they would show the explanations furthest apart; `without` any if none
+        tells."""
         order = sorted(self.seen, key=lambda item: -self._apart(item.design))
         telling = list(islice((item for item in order if self._safe(item.design)), SENSOR_TRIALS)) or order[:1]
-        found = telling[:1]
+        found = [without]
         for bound in telling:
             told: list[dict[tuple[int, int], Separation]] = [{} for _ in self.extras]
             for pair, comparison in self._comparisons(bound.design, self.pairs, self._every):

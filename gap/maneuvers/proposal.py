@@ -83,12 +83,17 @@ class Proposal:
     def why(self) -> str:
         them = "the two" if len(self.pairs) == 1 else "any of them"
         if self.repeats is None:
-            at_best = f"t {self.least.t:.1f} at best"
-            return f"no maneuver and no other sensor separates {them} ({at_best}); change the payload or the oil"
+            return f"no maneuver and no other sensor separates {them} (t {self.least.t:.1f} at best); {self._advice}"
         expected = f"expected t {self.least.t:.1f} in {self.duration_s:.0f} s, {_runs(self.repeats)}"
         if self.left:
             expected += f"; leaves open {'; '.join(' or '.join(pair.names) for pair in self.left)}"
         return f"only another sensor separates {them}: with {self.sensor.text}, {expected}" if self.sensor else expected
+
+    @property
+    def _advice(self) -> str:
+        if all(" at sensor:" in name for name in _names(self.pairs)):
+            return "hold these sensors against something known: a distance, a weight, a gauge"
+        return "change the payload or the oil"
 
     def as_dict(self) -> dict[str, Any]:
         return {

@@ -24,9 +24,10 @@ from gap.data.noise import noise_floors
 from gap.data.windows import Experiment, prepare
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate
-from gap.fitting.model import Free, Model
+from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities
 from gap.fitting.simulate import simulate
+from gap.maneuvers.earlier_logs import EarlierLogs
 from gap.search.window_length import window_length_s
 
 _LOOSE = 1e-6  # precision of a parameter without a prior
@@ -38,6 +39,7 @@ class Rival:
 
     name: str
     model: Model
+    earlier: EarlierLogs | None = None
 
     def with_constants_of(self, other: Rival) -> Rival:
         """This explanation's effects beside the other's values of the rig file's constants."""
@@ -116,7 +118,8 @@ class Comparison:
 
     def bound(self) -> Separation:
         """With the constants held and a truth that predicts its log exactly: no more than this can the maneuver separate."""
-        return self._separation(*self._columns(_own(self.rival.model)), self.run.channels, None)
+        numbers = _own(self.rival.model)
+        return self._separation(self._columns(numbers), numbers, self.run.channels, None)
 
     def exact(self) -> Separation:
         """With everything refitted, beside what the truth itself leaves."""
@@ -124,31 +127,40 @@ class Comparison:
 
     def each(self, sets: Sequence[Sequence[str]]) -> list[Separation]:
         """With everything refitted, as if only the channels of each set were measured."""
-        columns, free = self._columns(range(len(self.rival.model.free)))
-        return [self._separation(columns, free, channels, self.run.own) for channels in sets]
+        numbers = list(range(len(self.rival.model.free)))
+        columns = self._columns(numbers)
+        return [self._separation(columns, numbers, channels, self.run.own) for channels in sets]
 
     def step(self) -> Array:
         """How the rival's own parameters would have to move (in their scales) for it to come nearest to the truth."""
-        columns, free = self._columns(_own(self.rival.model))
-        flat = columns.reshape(len(free), self.seen.left.size)
+        numbers = _own(self.rival.model)
+        flat = self._columns(numbers).reshape(len(numbers), self.seen.left.size)
         return np.asarray(np.linalg.lstsq(flat.T, self.seen.left.ravel(), rcond=None)[0])
 
-    def _columns(self, numbers: Sequence[int]) -> tuple[Array, list[Free]]:
-        free = [self.rival.model.free[k] for k in numbers]
-        if not free:
-            return np.zeros((0, *self.seen.left.shape)), free
+    def _columns(self, numbers: Sequence[int]) -> Array:
+        if not numbers:
+            return np.zeros((0, *self.seen.left.shape))
         found = sensitivities(self.rival.model, [self.seen.experiment], numbers, [self.seen.readings])[0]
-        return projected(self.seen, found), free
+        return projected(self.seen, found)
 
-    def _separation(self, columns: Array, free: list[Free], channels: Sequence[str], own: Evaluation | None) -> Separation:
+    def _separation(self, columns: Array, numbers: Sequence[int], channels: Sequence[str], own: Evaluation | None) -> Separation:
         kept = self._kept(self.seen, channels)
-        e, flat = (self.seen.left * kept).ravel(), (columns * kept).reshape(len(free), self.seen.left.size)
-        precision = np.diag([1.0 if item.prior else _LOOSE for item in free])
-        shift = np.linalg.solve(flat @ flat.T + precision, flat @ e) if free else np.zeros(0)
+        e, flat = (self.seen.left * kept).ravel(), (columns * kept).reshape(len(numbers), self.seen.left.size)
+        shift, costs = self._moved(flat, e, numbers)
         rest = (e - shift @ flat).reshape(self.seen.left.shape)
         floor = own.left * self._kept(own, channels) if own else np.zeros_like(rest)
-        T = float(np.sum(rest**2) + shift @ precision @ shift - np.sum(floor**2))
+        T = float(np.sum(rest**2) + costs - np.sum(floor**2))
         return Separation(max(T, 0.0), self._expected_t(rest, floor, channels) if T > 0.0 else 0.0)
+
+    def _moved(self, flat: Array, left: Array, numbers: Sequence[int]) -> tuple[Array, float]:
+        """How far these numbers would move (in scales), and what that costs beside priors and earlier logs."""
+        model, own = self.rival.model, list(numbers)
+        precision = np.diag([1.0 if free.prior else _LOOSE for free in model.free])
+        information, off = self.rival.earlier.of(model) if self.rival.earlier else (np.zeros_like(precision), np.zeros(len(precision)))
+        shift = np.zeros(len(precision))
+        pull = flat @ left - (information @ off)[own]
+        shift[own] = np.linalg.solve(flat @ flat.T + (precision + information)[np.ix_(own, own)], pull) if own else 0.0
+        return shift[own], float(shift @ precision @ shift + (off + shift) @ information @ (off + shift))
 
     def _kept(self, evaluation: Evaluation, channels: Sequence[str]) -> Array:
         """1 for the values of the channels that count and for the start states."""

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks.look_alikes import AXIS, run_case
+from benchmarks.look_alike_cases import FORCE_AXIS
+from benchmarks.look_alikes import run_case
 from config.errors import DaemonError
 from config.load import load_rig
 from gap import loop
@@ -47,26 +48,29 @@ def course(monkeypatch: pytest.MonkeyPatch, searches: Searches, fault: bool = Fa
     return found, shown
 
 
-def test_every_new_log_decides_and_the_one_before_is_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_maneuver_is_run_once_to_fit_and_once_to_decide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No log that has decided is ever fitted."""
     open_ = content("ambiguous", False, ASKED, alike=True)
     searches = Searches(open_, open_, content("named", True, None))
     found, shown = course(monkeypatch, searches)
     assert searches.given == [
         (["a"], ["b"]),
-        (["a"], ["b", "round-1-staircase"]),
-        (["a", "round-1-staircase"], ["b", "round-2-staircase"]),
+        (["a", "round-1-fit-staircase"], ["b", "round-1-decide-1-staircase"]),
+        (
+            ["a", "round-1-fit-staircase", "round-2-fit-staircase"],
+            ["b", "round-1-decide-1-staircase", "round-2-decide-1-staircase"],
+        ),
     ]
     assert (found.outcome, [one.number for one in shown]) == ("confirmed", [1, 2, 3])
     assert found.as_dict()["rounds"][0]["look_alikes"] == [["transport_delay at axis", "valve_lag at axis"]]
 
 
-def test_a_maneuver_is_run_as_often_as_is_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_maneuver_decides_as_often_as_is_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
     twice = content("ambiguous", False, ASKED | {"repeats": 2}, alike=True)
-    searches = Searches(twice, content("ambiguous", False, ASKED, alike=True), content("named", True, None))
+    searches = Searches(twice, content("named", True, None))
     course(monkeypatch, searches)
     assert searches.given[1:] == [
-        (["a"], ["b", "round-1-staircase", "round-1-repeat-2-staircase"]),
-        (["a", "round-1-staircase", "round-1-repeat-2-staircase"], ["b", "round-2-staircase"]),
+        (["a", "round-1-fit-staircase"], ["b", "round-1-decide-1-staircase", "round-1-decide-2-staircase"]),
     ]
 
 
@@ -105,7 +109,7 @@ def test_the_first_two_maneuvers_fit_the_rig(name: str, expected: tuple[str, str
 def test_what_slow_triangles_leave_open_is_run_on_the_daemon_and_searched_again(tmp_path: Path) -> None:
     """Through the daemon on the virtual clock. The command is late; with the position alone measured a late encoder is exactly the same:
     the maneuver that is run takes the valve's lag out of the set, then only another sensor is asked for."""
-    row = run_case("force_axis", AXIS[0], 100, tmp_path)
+    row = run_case(FORCE_AXIS, FORCE_AXIS.cases[0], 100, tmp_path)
     assert row["hidden"] == "transport_delay at axis"
     assert row["unresolved_at_first"]
     assert row["in_first"]
@@ -113,4 +117,4 @@ def test_what_slow_triangles_leave_open_is_run_on_the_daemon_and_searched_again(
     assert row["outcome"] == "needs_sensor"
     assert {frozenset(names) for names in row["sets"]} == {frozenset({"transport_delay at axis", "sensor_delay at sensor:axis.position"})}
     assert "a second position sensor of axis" in row["why"]
-    assert len(list((tmp_path / "logs").rglob("*.mcap"))) >= 2 + len(row["asked"])
+    assert len(list((tmp_path / "logs").rglob("*.mcap"))) >= 2 + 2 * len(row["asked"])

@@ -54,13 +54,13 @@ def test_every_shipped_maneuver_takes_part() -> None:
     assert {d.name for d in designs(rig, list(rig.joints)) if not d.parameters} == set(shipped("maneuvers"))
 
 
-def test_half_the_wave_again_until_it_is_small() -> None:
+def test_half_the_power_again_until_the_wave_is_small() -> None:
     design: Design | None = Design("multisine", {"amplitude": "1 V"})
     sizes = []
     while design is not None:
         sizes.append(design.parameters["amplitude"])
         design = design.smaller
-    assert sizes == ["1 V", "0.5 V", "0.25 V", "0.125 V", "0.0625 V"]
+    assert sizes == ["1 V", "0.707 V", "0.5 V", "0.354 V", "0.25 V", "0.177 V", "0.125 V", "0.0884 V"]
     assert Design("jog").smaller is None
 
 
@@ -161,7 +161,7 @@ def test_a_late_command_and_a_late_encoder_need_another_sensor() -> None:
     assert found is not None
     assert found.repeats is None
     assert max(pair.separation.T for pair in found.pairs) < LEAST_T
-    asked = course.best_sensor()
+    asked = course.best_sensor(found)
     assert asked.as_dict()["sensor"] == ["axis.second_position"]
     assert asked.repeats == 1
     assert "only another sensor separates the two: with a second position sensor of axis" in asked.why
