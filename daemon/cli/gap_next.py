@@ -27,17 +27,29 @@ def register(verbs: Any) -> None:
         metavar="EFFECT@PLACE",
         help="two or more effects, e.g. coulomb_friction@rotary valve_deadband@rotary; `none` stands for no missing effect",
     )
+    parser.add_argument(
+        "--log",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="logs that the explanations were fitted to: what these hold, no explanation can move to look like another",
+    )
     add_json_option(parser)
     parser.set_defaults(run_command=_next)
 
 
 def _next(arguments: argparse.Namespace) -> int:
-    from gap.maneuvers.next_maneuver import next_maneuver  # slow to import; the other commands do without
+    from gap.data.measured import load  # slow to import; the other commands do without
+    from gap.maneuvers.informed import informed
+    from gap.maneuvers.next_maneuver import next_maneuver
 
     loaded = load_rig(arguments.rig)
     content = json.loads(arguments.findings.read_text()) if arguments.findings else {}
     measured = list(content["gap"]["channels"]) if content else None
     rivals = _explanations(loaded, arguments.between, content, str(arguments.findings))
+    if arguments.log:
+        rivals = informed(loaded, rivals, [load(path, loaded.rig) for path in arguments.log])
     proposal = next_maneuver(loaded, rivals, teller(arguments.json), measured)
     if arguments.json:
         print(json.dumps({"proposal": proposal.as_dict() if proposal else None}))
