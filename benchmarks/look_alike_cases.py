@@ -109,6 +109,18 @@ ORNL_TESTBED = Bench(
         "{effect: sensor_delay, where: 'sensor:rotary.position', delay: 5 ms}",
         "{effect: valve_deadband, where: prismatic, overlap: 0.02}",
         "{effect: external_leakage, where: rotary, conductance: 2e-12 m^3/s/Pa}",
+        ("coulomb_friction", "rotary"),
+        ("viscous_friction", "rotary"),
+        ("viscous_friction", "prismatic"),
+        ("cross_leakage", "rotary"),
+        "{effect: transport_delay, where: prismatic, delay: 4 ms}",
+        "{effect: transport_delay, where: prismatic, delay: 8 ms}",
+        "{effect: transport_delay, where: rotary, delay: 10 ms}",
+        "{effect: sensor_delay, where: 'sensor:prismatic.position', delay: 6 ms}",
+        "{effect: valve_deadband, where: rotary, overlap: 0.02}",
+        "{effect: valve_hysteresis, where: prismatic, half_width: 0.02}",
+        "{effect: return_back_pressure, where: supply, pressure: 60 psi}",
+        "{effect: payload_error, where: link, extra: 4 kg}",
     ),
 )
 
