@@ -20,6 +20,11 @@ class Bench:
     cases: tuple[Case, ...]
 
 
+def _one_way(by: str, hold: str) -> Design:
+    step = {"joint": "axis", "by": by, "speed": "0.06 m/s", "acceleration": "0.5 m/s^2", "hold": hold}
+    return Design("joint_steps", {"start": {"axis": "0.02 m"}, "steps": [step, dict(step)]})
+
+
 def _slow(amplitude: str, rate: str) -> Design:
     return Design("slow_triangle", {"start": {"axis": "0.125 m"}, "joint": "axis", "cycles": 2, "amplitude": amplitude, "rate": rate})
 
@@ -92,6 +97,33 @@ TWO_ENCODERS = Bench(
     ),
 )
 
+# Both logs move one way at one speed: whatever pushes against that motion looks alike.
+ONE_WAY = Bench(
+    "force_axis",
+    TWO_ENCODERS.edits,
+    (_one_way("0.08 m", "0.5 s"), _one_way("0.11 m", "0.7 s")),
+    (
+        ("coulomb_friction", "axis"),
+        ("viscous_friction", "axis"),
+        ("valve_null_bias", "axis"),
+        "{effect: gravity, where: axis, tilt: 5 mrad}",
+        "{effect: gravity, where: axis, tilt: 10 mrad}",
+        "{effect: gravity, where: axis, tilt: -8 mrad}",
+        "{effect: asymmetric_friction, where: axis, friction_difference: 10 N, coefficient_difference: 0 N*s/m}",
+        "{effect: asymmetric_friction, where: axis, friction_difference: 20 N, coefficient_difference: 0 N*s/m}",
+        "{effect: asymmetric_friction, where: axis, friction_difference: 0 N, coefficient_difference: 200 N*s/m}",
+        "{effect: valve_deadband, where: axis, overlap: 0.02}",
+        "{effect: valve_deadband, where: axis, overlap: 0.04}",
+        "{effect: valve_hysteresis, where: axis, half_width: 0.02}",
+        "{effect: valve_hysteresis, where: axis, half_width: 0.04}",
+        "{effect: stiction, where: axis, excess: 10 N, velocity: 5 mm/s}",
+        "{effect: inertia_error, where: axis, extra: 20 kg}",
+        "{effect: transport_delay, where: axis, delay: 6 ms}",
+        "{effect: valve_lag, where: axis, time_constant: 3 ms, damping_ratio: 0.7}",
+        "{effect: sensor_delay, where: 'sensor:axis.position', delay: 6 ms}",
+    ),
+)
+
 ORNL_TESTBED = Bench(
     "ornl_testbed",
     (),
@@ -124,4 +156,4 @@ ORNL_TESTBED = Bench(
     ),
 )
 
-BENCHES: Mapping[str, Bench] = {"force_axis": FORCE_AXIS, "two_encoders": TWO_ENCODERS, "ornl_testbed": ORNL_TESTBED}
+BENCHES: Mapping[str, Bench] = {"force_axis": FORCE_AXIS, "two_encoders": TWO_ENCODERS, "one_way": ONE_WAY, "ornl_testbed": ORNL_TESTBED}

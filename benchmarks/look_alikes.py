@@ -1,6 +1,6 @@
 """Look-alikes: hidden effects whose first logs cannot tell them from another, and whether the proposed maneuvers do.
 
-    python -m benchmarks.look_alikes [force_axis | two_encoders | ornl_testbed] [--out FOLDER] [--cases 0 3 7]
+    python -m benchmarks.look_alikes [force_axis | two_encoders | one_way | ornl_testbed] [--out FOLDER] [--cases 0 3 7]
 
 One line a case: what the first search said, how many rounds it took, how it ended. Every case leaves row.json in its folder; a case that
 has one is not run again. Summary at the end.

@@ -106,12 +106,24 @@ def resolve(
         if _ended(course, most_rounds) or asked is None:
             return course
         try:
-            fitted.append(run(asked, f"round-{number}-fit"))
-            deciding += [run(asked, f"round-{number}-decide-{k}") for k in range(1, found.content["next_maneuver"]["repeats"] + 1)]
+            new = _logged(asked, f"round-{number}", found.content["next_maneuver"]["repeats"], run, tell)
+            fitted, deciding = [*fitted, new[0]], [*deciding, *new[1:]]
         except LongreachError as refused:
             course.outcome, course.why = "not_runnable", f"{asked.label}: {refused}"
             return course
     return course
+
+
+def _logged(design: Design, name: str, deciding: int, run: Run, tell: Tell) -> list[Path]:
+    """One log to fit and those that decide. Where the rig stops the run, which no model had foreseen, with half the power again."""
+    uses = ["fit", *(f"decide-{k}" for k in range(1, deciding + 1))]
+    try:
+        return [run(design, f"{name}-{use}") for use in uses]
+    except LongreachError as refused:
+        if design.smaller is None:
+            raise
+        tell(f"{design.label}: {refused}. Half the power.")
+        return _logged(design.smaller, f"{name}-smaller", deciding, run, tell)
 
 
 def first_designs(rig: Rig) -> tuple[Design, Design]:

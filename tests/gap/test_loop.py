@@ -74,6 +74,31 @@ def test_a_maneuver_decides_as_often_as_is_proposed(monkeypatch: pytest.MonkeyPa
     ]
 
 
+def test_a_wave_that_the_rig_stops_is_run_again_with_half_the_power(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rig is another than any model of it. Half the power until it is run; logs of a wave that was stopped are used for nothing."""
+    wave = ASKED | {"name": "multisine", "parameters": {"on": "command", "amplitude": "8 V"}, "repeats": 2}
+    searches = Searches(content("ambiguous", False, wave, alike=True), content("named", True, None))
+    monkeypatch.setattr(loop, "find", searches)
+    tried: list[tuple[str, str]] = []
+
+    def run(design: Design, name: str) -> Path:
+        tried.append((name, design.parameters["amplitude"]))
+        if design.parameters["amplitude"] == "8 V" and name.endswith("decide-1"):
+            raise DaemonError("the run is not valid", value="fault")
+        return Path(name)
+
+    told: list[str] = []
+    found = resolve("rig", [Path("a")], [Path("b")], Path("out"), run, told.append, lambda one: None)
+    assert found.outcome == "confirmed"
+    assert tried == [
+        ("round-1-fit", "8 V"),
+        ("round-1-decide-1", "8 V"),
+        *((f"round-1-smaller-{use}", "5.66 V") for use in ("fit", "decide-1", "decide-2")),
+    ]
+    assert searches.given[1] == (["a", "round-1-smaller-fit"], ["b", "round-1-smaller-decide-1", "round-1-smaller-decide-2"])
+    assert any("the run is not valid" in line and "Half the power" in line for line in told)
+
+
 @pytest.mark.parametrize(
     ("last", "outcome"),
     [
