@@ -1,6 +1,6 @@
 """Look-alikes: hidden effects whose first logs cannot tell them from another, and whether the proposed maneuvers do.
 
-    python -m benchmarks.look_alikes [force_axis | two_encoders | one_way | ornl_testbed] [--out FOLDER] [--cases 0 3 7]
+    python -m benchmarks.look_alikes [force_axis | two_encoders | one_way | ornl_testbed] [--out FOLDER] [--cases 0 3 7] [--seed 100]
 
 One line a case: what the first search said, how many rounds it took, how it ended. Every case leaves row.json in its folder; a case that
 has one is not run again. Summary at the end.
@@ -19,7 +19,7 @@ from typing import Any
 from benchmarks.look_alike_cases import BENCHES, Bench, Case
 from config.load import LoadedRig, load_rig, rig_from_text
 from daemon.cli.gap_loop import runner
-from gap.loop import Course, resolve
+from gap.loop import Course, Run, resolve
 
 
 def _rigs(bench: Bench, case: Case) -> tuple[str, LoadedRig, tuple[str, str]]:
@@ -41,20 +41,24 @@ def _effect_of(case: str) -> tuple[str, str]:
     return found[1], found[2]
 
 
-def run_case(bench: Bench, case: Case, seed: int, out: Path) -> dict[str, Any]:
-    """Logs, rounds of search and maneuver, and how it ended, as the content of row.json."""
+def hidden_and_logged(bench: Bench, case: Case, seed: int, out: Path) -> tuple[str, list[Path], Run]:
+    """What is hidden, the first two logs, and what runs further maneuvers; the search's rig file is written to `out`/model.yaml."""
     model, truth, hidden = _rigs(bench, case)
     out.mkdir(parents=True, exist_ok=True)
     (out / "model.yaml").write_text(model)
-    start = time.monotonic()
     run = runner(truth, out, seed, lambda line: None)
-    logs = [run(design, use) for design, use in zip(bench.first, ("fit", "holdout"), strict=True)]
+    return " at ".join(hidden), [run(design, use) for design, use in zip(bench.first, ("fit", "holdout"), strict=True)], run
+
+
+def run_case(bench: Bench, case: Case, seed: int, out: Path) -> dict[str, Any]:
+    """Logs, rounds of search and maneuver, and how it ended, as the content of row.json."""
+    start = time.monotonic()
+    hidden, logs, run = hidden_and_logged(bench, case, seed, out)
     course = resolve(out / "model.yaml", logs[:1], logs[1:], out, run, lambda line: None, lambda one: None)
-    return _judged(course, hidden) | {"hidden": " at ".join(hidden), "seconds": round(time.monotonic() - start, 1)}
+    return _judged(course, hidden) | {"hidden": hidden, "seconds": round(time.monotonic() - start, 1)}
 
 
-def _judged(course: Course, hidden: tuple[str, str]) -> dict[str, Any]:
-    label = " at ".join(hidden)
+def _judged(course: Course, label: str) -> dict[str, Any]:
     begin, last = course.rounds[0], course.rounds[-1]
     confirmed = course.outcome == "confirmed" and not last.open_sets
     return {
@@ -101,13 +105,14 @@ def main() -> None:
     parser.add_argument("bench", nargs="?", default="force_axis", choices=tuple(BENCHES))
     parser.add_argument("--out", type=Path, default=Path("look-alikes"))
     parser.add_argument("--cases", type=int, nargs="*")
+    parser.add_argument("--seed", type=int, default=100, help="of the first case's noise (default 100)")
     arguments = parser.parse_args()
     bench, rows = BENCHES[arguments.bench], []
     for number in range(len(bench.cases)) if arguments.cases is None else arguments.cases:
-        folder = arguments.out / f"{arguments.bench}-{number:02}"
+        folder = arguments.out / f"{arguments.bench}-{arguments.seed}-{number:02}"
         done = folder / "row.json"
         if not done.exists():
-            row = run_case(bench, bench.cases[number], 100 + 10 * number, folder)
+            row = run_case(bench, bench.cases[number], arguments.seed + 10 * number, folder)
             done.write_text(json.dumps(row, indent=2) + "\n")
         rows.append(json.loads(done.read_text()))
         print(_line(number, rows[-1]), flush=True)

@@ -26,7 +26,7 @@ MOST_EFFECTS = 4
 MOST = 0.8  # gain of a first trial after which candidates with hardly any signature of the gap need no fit
 HARDLY = 0.15  # of the best signature's share
 FIRST_WAVE = 4
-LEADING = 2  # best signatures that are fitted about their own states whatever their first trial gave, which holds friction's form known
+LEADING = 2  # best signatures that are fitted about their own states where none solves the gap: first trials hold friction's form known
 
 
 def search(state: Search, tell: Tell) -> Search:
@@ -73,10 +73,7 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
         trials = list(pool.map(first, kept[:FIRST_WAVE]))
         solved = any(trial.gain >= MOST for trial in trials)
         trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
-        best = max((trial.gain for trial in trials), default=0.0)
-        leading = [] if solved else [s.candidate.label for s in kept[:LEADING]]
-        enough = max(0.5 * LEAST_GAIN, CONTENDER * best)
-        strong = [trial for trial in trials if trial.gain >= enough or trial.candidate.label in leading]
+        strong = _contenders(trials, screening, solved)
         weak = [trial for trial in trials if all(trial is not other for other in strong)]
         trials = [*weak, *pool.map(again, strong)]
     if any(trial.gain >= NEARLY_ALL for trial in trials):
@@ -85,6 +82,19 @@ def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> lis
         tell(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
         trials.append(trial)
     return trials
+
+
+def _contenders(trials: Sequence[Trial], screening: Screening, solved: bool) -> list[Trial]:
+    """First trials near the best, and whatever they gave those of the leading signatures: of the best trial's own signature where that one
+    solves the gap (a first fit of two numbers may end far off where one number does), else of the first in the order."""
+    best = max(trials, key=lambda trial: trial.gain, default=None)
+    if best is None:
+        return []
+    chosen = best.candidate
+    leading = screening.same_direction(chosen.effect, chosen.where) if solved else [s.candidate for s in screening.kept()[:LEADING]]
+    labels = {candidate.label for candidate in leading}
+    enough = max(0.5 * LEAST_GAIN, CONTENDER * best.gain)
+    return [trial for trial in trials if trial.gain >= enough or trial.candidate.label in labels]
 
 
 def least_t(tried: int) -> float:
