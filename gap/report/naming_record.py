@@ -33,6 +33,13 @@ def tallies(path: Path = RECORD) -> tuple[Tally, ...]:
     return tuple(Tally(str(row["effect"]), float(row["multiple"]), int(row["right"]), int(row["cases"])) for row in rows)
 
 
+def named_of(multiple: float, effect: str = "", record: Sequence[Tally] | None = None) -> str:
+    """`5 of 6` of the blind cases of that size, of one effect or of all; empty where there were none."""
+    known = tallies() if record is None else record
+    asked = [tally for tally in known if tally.multiple == multiple and effect in ("", tally.effect)]
+    return f"{sum(t.right for t in asked)} of {sum(t.cases for t in asked)}" if asked else ""
+
+
 def how_often_right(effect: str, multiple: float | None, record: Sequence[Tally] | None = None) -> str:
     """A sentence for the report: the tally of the nearest size, and that of all effects at that size beside it."""
     known = tallies() if record is None else record
@@ -42,12 +49,10 @@ def how_often_right(effect: str, multiple: float | None, record: Sequence[Tally]
     if multiple is None or multiple <= 0 or not sizes:
         return "The blind test has no sizes for this effect."
     nearest = min(sizes, key=lambda size: abs(log(size / multiple)))
-    every = [tally for tally in known if tally.multiple == nearest]
-    own = [tally for tally in every if tally.effect == effect]
-    all_cases = f"all effects of that size: {sum(t.right for t in every)} of {sum(t.cases for t in every)}"
+    own = named_of(nearest, effect, known)
+    all_cases = f"all effects of that size: {named_of(nearest, record=known)}"
     size = f"about {multiple:.3g} times the smallest visible size"
     if not own:
         return f"Not among the blind cases; this one is {size} (the nearest there: {nearest:g} times; {all_cases})."
-    right, cases = sum(t.right for t in own), sum(t.cases for t in own)
-    named = f"{effect} at {nearest:g} times the smallest visible size was named right in {right} of {cases} cases"
+    named = f"{effect} at {nearest:g} times the smallest visible size was named right in {own} cases"
     return f"In the blind test, {named} ({all_cases}); this one is {size}."

@@ -12,7 +12,7 @@ from config.load import rig_from_text
 from gap.report import plots
 from gap.report.found import Found
 from gap.report.kept_sentence import kept_sentence
-from gap.report.naming_record import how_often_right
+from gap.report.naming_record import how_often_right, named_of
 from gap.report.page import folded, page, paragraph, table
 from gap.report.remainder import sentence
 from gap.report.replay import SMOOTH_S, replays
@@ -174,9 +174,16 @@ def _pull(constant: dict[str, Any]) -> float:
 
 
 def _not_seen(found: Found) -> str:
-    rows = [[r["effect"], r["where"], r["parameter"], r["smallest_visible"], r["unit"]] for r in found.content["not_seen"]]
-    said = "Effects that were looked for and not named, with the smallest size that these logs would have shown."
-    return "<h2>Not seen</h2>" + paragraph(said) + table(["effect", "where", "parameter", "smallest visible", "unit"], rows)
+    """The sizes are what the search says of itself; the blind test says how true that is."""
+    rows = [
+        [r["effect"], r["where"], r["parameter"], r["smallest_visible"], r["unit"], *(named_of(k, r["effect"]) for k in (1.0, 3.0))]
+        for r in found.content["not_seen"]
+    ]
+    said = "Effects that were looked for and not named, with the smallest size that these logs would have shown, as the search reckons it."
+    if named_of(1.0) and named_of(3.0):
+        said += f" In the blind test {named_of(1.0)} effects of that size were named and {named_of(3.0)} of three times it."
+    heads = ["effect", "where", "parameter", "smallest visible", "unit", "blind test: named at this size", "at three times it"]
+    return "<h2>Not seen</h2>" + paragraph(said) + table(heads, rows)
 
 
 def _diff(found: Found) -> str:

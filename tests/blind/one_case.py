@@ -26,6 +26,7 @@ from config.load import load_rig
 from gap.find import find
 from gap.search.settings import Settings
 
+BESIDE = ("maneuvers", "loop.py", "report/report.py", "report/naming_record.py")  # of gap/, left out of the version
 CHAMBER = "resolution: 0.7 psi, noise: 7.5 psi, bandwidth: 500 Hz, low: 0 psi, high: 3000 psi"
 
 
@@ -42,11 +43,11 @@ class Work:
 def finder_digest() -> str:
     """First digits of a hash over the sources of the search and of its kernel: which version gave a result.
 
-    What chooses and runs the next maneuver is left out: it has no part in what a search names.
+    What has no part in what a search names is left out: what chooses and runs the next maneuver, and the page.
     """
     folders = [Path(module.__file__).parent for module in (gap, sim_backend) if module.__file__]
-    sources = sorted(path for folder in folders for path in folder.rglob("*.py"))
-    naming = [path for path in sources if "maneuvers" not in path.parts and path.parts[-2:] != ("gap", "loop.py")]
+    sources = sorted((folder, path.relative_to(folder)) for folder in folders for path in folder.rglob("*.py"))
+    naming = [folder / name for folder, name in sources if not any(name.is_relative_to(part) for part in BESIDE)]
     return hashlib.sha256(b"".join(path.read_bytes() for path in naming)).hexdigest()[:10]
 
 

@@ -49,6 +49,21 @@ def test_deleted_effect_is_found(tmp_path: Path, logs: dict[str, Path], effect: 
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_a_joint_without_friction_gets_it_back(tmp_path: Path, logs: dict[str, Path]) -> None:
+    text = load_rig("ornl_testbed").text
+    for effect in ("coulomb_friction", "stiction", "viscous_friction"):
+        text = without(text, effect, "rotary")
+    content = search(tmp_path, logs, text)
+    assert named(content) >= {("coulomb_friction", "rotary"), ("viscous_friction", "rotary")}
+    assert {where for _, where in named(content)} == {"rotary"}
+    sizes = {f["effect"]: f["parameters"] for f in content["findings"]}
+    assert sizes["coulomb_friction"]["friction"]["value"] == pytest.approx(105.0, rel=0.1)
+    assert sizes["viscous_friction"]["coefficient"]["value"] == pytest.approx(1000.0, rel=0.1)
+    assert content["gap"]["holdout_after"] <= 1.2
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_the_whole_rig_has_no_gap(tmp_path: Path, logs: dict[str, Path]) -> None:
     content = search(tmp_path, logs, load_rig("ornl_testbed").text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gap.report.naming_record import Tally, how_often_right, tallies
+from gap.report.naming_record import Tally, how_often_right, named_of, tallies
 
 RECORD = (
     "cases:\n  - {effect: coulomb_friction, multiple: 3, right: 5, cases: 6}\n  - {effect: backlash, multiple: 3, right: 1, cases: 2}\n"
@@ -20,6 +20,7 @@ def test_the_nearest_size_in_factors_is_told(tmp_path: Path) -> None:
     assert "at 3 times" in said
     assert "5 of 6 cases (all effects of that size: 6 of 8)" in said
     assert "at 10 times" in how_often_right("coulomb_friction", 6.0, record)
+    assert [named_of(3.0, record=record), named_of(3.0, "backlash", record), named_of(10.0, "backlash", record)] == ["6 of 8", "1 of 2", ""]
 
 
 def test_nothing_is_made_up(tmp_path: Path) -> None:
