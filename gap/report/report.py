@@ -175,13 +175,14 @@ def _pull(constant: dict[str, Any]) -> float:
 
 def _not_seen(found: Found) -> str:
     """The sizes are what the search says of itself; the blind test says how true that is."""
+    sizes = (1.0, 3.0)
     rows = [
-        [r["effect"], r["where"], r["parameter"], r["smallest_visible"], r["unit"], *(named_of(k, r["effect"]) for k in (1.0, 3.0))]
+        [r["effect"], r["where"], r["parameter"], r["smallest_visible"], r["unit"], *(named_of(k, r["effect"]) for k in sizes)]
         for r in found.content["not_seen"]
     ]
     said = "Effects that were looked for and not named, with the smallest size that these logs would have shown, as the search reckons it."
-    if named_of(1.0) and named_of(3.0):
-        said += f" In the blind test {named_of(1.0)} effects of that size were named and {named_of(3.0)} of three times it."
+    if all(every := [named_of(k) for k in sizes]):
+        said += f" In the blind test {every[0]} effects of that size were named and {every[1]} of three times it."
     heads = ["effect", "where", "parameter", "smallest visible", "unit", "blind test: named at this size", "at three times it"]
     return "<h2>Not seen</h2>" + paragraph(said) + table(heads, rows)
 
