@@ -38,7 +38,7 @@ from gap.search.opening import experiments_of, started
 from gap.search.search_state import Search
 from gap.search.settings import Settings
 from gap.search.together import look_together
-from gap.search.within_priors import search_within_priors
+from gap.search.within_priors import look_within_priors, search_within_priors
 from tuning.record_file import write_whole
 
 DEFAULTS = Settings()
@@ -88,7 +88,8 @@ def search_gap(
     state, nominal = started(model, experiments, held, frozenset(names), tell)
     faults = _beside_model(nominal, names, tell)
     if not any(fault.fatal for fault in faults):
-        state = last_look(look_together(search_within_priors(state, tell), tell), tell)
+        state = look_together(search_within_priors(state, tell), tell)
+        state = last_look(look_within_priors(state, tell), tell)
         state.coarse = _coarse(loaded, fit_logs, holdout_logs, state)
     problems += faults
     return concluded(loaded, names, state, nominal, problems, [*fit_logs, *holdout_logs], settings, tell)

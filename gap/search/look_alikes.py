@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from gap.fitting.compare import paired_t
 from gap.search.search_state import RIVAL_GAIN, RIVAL_T, Search, Step
-from gap.search.trial import FLOOR, Trial, excess
+from gap.search.trial import FLOOR, Trial
 
 AS_GOOD = 1.10  # ratio of hold-out costs: an effect of the same signature that gets as near the floor is not excluded by its t alone
 
@@ -16,14 +14,10 @@ def look_alikes(state: Search, step: Step) -> list[Trial]:
     that were not accepted for want of a size, as a lag whose two numbers take each other's place: what they take together is no less."""
     chosen = step.trial
     before = chosen.cost + chosen.drop
-    others = [_regained(trial, before) for trial in _same_direction(state, step) if before - trial.cost >= RIVAL_GAIN * chosen.drop]
+    others = [
+        trial.beside_cost(before, trial.t) for trial in _same_direction(state, step) if before - trial.cost >= RIVAL_GAIN * chosen.drop
+    ]
     return [*step.rivals, *(trial for trial in others if _as_good(trial, chosen))]
-
-
-def _regained(trial: Trial, before: float) -> Trial:
-    """With what it gains whether it has a size or not; its t stays 0 without one."""
-    drop = before - trial.cost
-    return replace(trial, drop=drop, gain=drop / excess(before))
 
 
 def _same_direction(state: Search, step: Step) -> list[Trial]:

@@ -66,6 +66,7 @@ class Search:
     last_trials: tuple[Trial, ...] = ()
     coarse: tuple[CoarseStep, ...] = ()  # readings in steps that the rig file does not have, seen in the data themselves
     rests: list[Rest] = field(default_factory=list)
+    held: bool = False  # constants held near their own have been tried
     strained: tuple[str, ...] = ()  # constants that would explain the gap without the effects, far beyond their priors
 
     @property

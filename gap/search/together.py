@@ -29,7 +29,8 @@ KNOWN = 2  # … and by what they have left of it beside the refitted constants
 ROUGH_WINDOWS = 20  # to which each of them is fitted first
 FURTHER = 2  # of them, fitted to their end on all
 HOLD_OUT_T = 0.5  # the hold-out must speak for the effect, if with fewer windows than would do by themselves
-MOST_OPEN = 1.5  # noise floors above the floor that may be left, as friction of another form leaves them: more is no explanation
+MOST_OPEN = 1.5  # noise floors above the floor that may be left, as friction of another form leaves them: more is no explanation …
+MOST = 0.8  # … of a gap of which it does not take at least so much
 
 Tell = Callable[[str], None]
 
@@ -56,7 +57,8 @@ def _step(state: Search, cautious: Search, lowest: Search, tell: Tell) -> Step |
     """The best candidate that passes the gates beside both fits of the constants, or None."""
     found = candidates(state.nominal.model.rig, state.channels)
     screening = screen(state.nominal, state.costs, found, state.seen_at, tell)
-    least, trials = least_t(len(found)), [_against(lowest, trial) for trial in _trials(state, cautious, screening, tell)]
+    least, trials = least_t(len(found)), _trials(state, cautious, screening, tell)
+    trials = [trial.beside_cost(lowest.cost, paired_t(lowest.seen, trial.holdout)) for trial in trials]
     passed = [trial for trial in trials if _agreed(trial, (state, cautious), least)]
     if not passed:
         return None
@@ -95,15 +97,10 @@ def _trials(state: Search, cautious: Search, screening: Screening, tell: Tell) -
     return trials
 
 
-def _against(lowest: Search, trial: Trial) -> Trial:
-    """The same trial judged beside the constants that predict the hold-out best."""
-    drop = lowest.cost - trial.cost
-    return replace(trial, drop=drop, gain=drop / excess(lowest.cost), t=paired_t(lowest.seen, trial.holdout))
-
-
 def _agreed(trial: Trial, without: Sequence[Search], least: float) -> bool:
     """Whether fit logs and hold-out together, and the hold-out by itself, speak for the effect beside each of the constants' fits."""
-    if not trial.has_size or excess(trial.cost) > MOST_OPEN or trial.drop < max(worth(s.cost) for s in without):
+    explains = excess(trial.cost) <= MOST_OPEN or trial.gain >= MOST
+    if not (trial.has_size and explains and trial.drop >= max(worth(s.cost) for s in without)):
         return False
     for other in without:
         before = (*other.current.evaluations, *other.seen)

@@ -84,6 +84,11 @@ class Trial:
         """On the fit logs and on the hold-out."""
         return (*self.fit.evaluations, *self.holdout)
 
+    def beside_cost(self, cost: float, t: float) -> Trial:
+        """The same judged beside a model that leaves `cost` of the hold-out."""
+        drop = cost - self.cost
+        return replace(self, drop=drop, gain=drop / excess(cost), t=t)
+
 
 def first_trial(base: Base, candidate: Candidate, starts: Sequence[Model]) -> Trial:
     """Fit from the best starting point, from the next as well if that brings little; initial states as those of the current model."""
@@ -166,13 +171,11 @@ def _same_states(base: Base, model: Model) -> bool:
 
 def _judged(base: Base, candidate: Candidate, best: Fit, projections: Sequence[Projection] | None) -> Trial:
     after = tuple(evaluate(e, best.model, base.costs, projections[k] if projections else None) for k, e in enumerate(base.holdouts))
-    drop = base.cost - mean_cost(after)
     sized = has_size(best, best.model.added[-1], base.costs)
     known = len(base.current.model.free)  # a trial keeps the candidate's sensitivities only: a dozen of them are alive together
     slim = replace(best, jacobian=tuple(j[known:].copy() for j in best.jacobian), columns=())
-    if not sized:
-        return Trial(candidate, slim, after, 0.0, 0.0, 0.0, False)
-    return Trial(candidate, slim, after, drop / excess(base.cost), drop, paired_t(base.seen, after), True)
+    trial = Trial(candidate, slim, after, 0.0, 0.0, 0.0, sized)
+    return trial.beside_cost(base.cost, paired_t(base.seen, after)) if sized else trial
 
 
 def has_size(done: Fit, entry: EffectEntry, costs: Costing) -> bool:

@@ -16,9 +16,11 @@ from gap.fitting.nuisance import HONEST
 from gap.search.acceptance import refit
 from gap.search.search_state import Search
 from gap.search.select import search
+from gap.search.together import look_together
 from gap.search.verdict import alarmed
 
-AS_GOOD = 1.05  # hold-out with the effect over that with the strained constants
+AS_GOOD = 1.05  # hold-out with the effect over that with the strained constants …
+NOT_MUCH_WORSE = 1.25  # … and where else nothing would be named: the name is tentative then, with the constants that would do as much
 
 Tell = Callable[[str], None]
 
@@ -27,23 +29,41 @@ def search_within_priors(state: Search, tell: Tell) -> Search:
     """The search from the refitted constants; where these left their priors, from constants held near them if that explains as much."""
     if not alarmed(state.current):
         state = _taken_on(state, tell)
-    strained = alarmed(state.current)
-    if not strained:
+    if not alarmed(state.current):
         return search(state, tell)
-    tell(f"beyond their priors: {', '.join(strained)}; searching with every constant within {HONEST:g} standard deviations")
-    held = _held(state)
-    tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
-    found = _let_go(search(_taken_on(held, tell), tell), state.nominal.model, tell)
+    found = _let_go(search(_taken_on(_near_own(state, tell), tell), tell), state.nominal.model, tell)
     if found.cost > NO_GAP:
         state = _taken_on(state, tell)
     if found.cost > AS_GOOD * max(state.cost, NO_GAP):
-        return search(state, tell)
+        return replace(search(state, tell), held=True)
     other = search(state, tell) if alarmed(found.current) else None
-    if other is not None and other.cost <= found.cost:
-        return other
-    stands_in = bool(found.steps) and state.cost <= AS_GOOD * max(found.cost, NO_GAP)
-    only = state.constants_only if found.steps else found.seen
-    return replace(found, nominal=state.nominal, strained=tuple(strained) if stands_in else (), constants_only=only)
+    return replace(other, held=True) if other is not None and other.cost <= found.cost else _instead(found, state)
+
+
+def look_within_priors(state: Search, tell: Tell) -> Search:
+    """Before nothing is named: constants may also have left their priors when they were fitted on, where the search no longer asked."""
+    if state.steps or state.held or not alarmed(state.current):
+        return state
+    held = look_together(search(_taken_on(_near_own(state, tell), tell), tell), tell)
+    found = _let_go(held, state.nominal.model, tell) if held.steps else held
+    explains = bool(found.steps) and found.cost <= NOT_MUCH_WORSE * max(state.cost, NO_GAP)
+    return _instead(found, state) if explains else state
+
+
+def _near_own(state: Search, tell: Tell) -> Search:
+    """Constants fitted near the rig file's own, where they may not do what a missing effect should."""
+    tell(f"beyond their priors: {', '.join(alarmed(state.current))}; searching with every constant within {HONEST:g} standard deviations")
+    held = _held(state)
+    tell(f"hold-out with constants so held: {held.cost:.4g} noise floors")
+    return held
+
+
+def _instead(found: Search, strained: Search) -> Search:
+    """The search within the priors as the answer, beside what the strained constants explain without any effect."""
+    stands_in = bool(found.steps) and strained.cost <= AS_GOOD * max(found.cost, NO_GAP)
+    only = strained.constants_only if found.steps else found.seen
+    keys = tuple(alarmed(strained.current)) if stands_in else ()
+    return replace(found, nominal=strained.nominal, strained=keys, constants_only=only, held=True)
 
 
 def _let_go(found: Search, own: Model, tell: Tell) -> Search:
@@ -78,7 +98,7 @@ def _held(state: Search) -> Search:
     own = state.nominal
     model = replace(own.model, free=tuple(_near(free) for free in own.model.free))
     experiments = [e.experiment for e in own.evaluations]
-    costs = recounted(state.costs, own.evaluations)
+    costs = recounted(replace(state.costs, caution=1.0), own.evaluations)
     known = [e.projection for e in own.evaluations]
     numbers = range(len(model.free))
     done = fit(model, experiments, costs, numbers, own.jacobian, REFIT_STEPS, known, CONVERGED)
