@@ -163,7 +163,7 @@ ORNL_TESTBED = Bench(
         "{effect: transport_delay, where: rotary, delay: 10 ms}",
         "{effect: sensor_delay, where: 'sensor:prismatic.position', delay: 6 ms}",
         "{effect: valve_deadband, where: rotary, overlap: 0.02}",
-        "{effect: valve_hysteresis, where: prismatic, half_width: 0.02}",
+        "{effect: valve_null_bias, where: rotary, bias: 0.01}",
         "{effect: return_back_pressure, where: supply, pressure: 60 psi}",
         "{effect: payload_error, where: link, extra: 4 kg}",
     ),

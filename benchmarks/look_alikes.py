@@ -22,7 +22,7 @@ from daemon.cli.gap_loop import runner
 from gap.loop import Course, Run, resolve
 
 
-def _rigs(bench: Bench, case: Case) -> tuple[str, LoadedRig, tuple[str, str]]:
+def rigs_of(bench: Bench, case: Case) -> tuple[str, LoadedRig, tuple[str, str]]:
     """Text of the model, the true rig, and the hidden effect."""
     shipped = load_rig(bench.rig)
     text = shipped.text
@@ -43,7 +43,7 @@ def _effect_of(case: str) -> tuple[str, str]:
 
 def hidden_and_logged(bench: Bench, case: Case, seed: int, out: Path) -> tuple[str, list[Path], Run]:
     """What is hidden, the first two logs, and what runs further maneuvers; the search's rig file is written to `out`/model.yaml."""
-    model, truth, hidden = _rigs(bench, case)
+    model, truth, hidden = rigs_of(bench, case)
     out.mkdir(parents=True, exist_ok=True)
     (out / "model.yaml").write_text(model)
     run = runner(truth, out, seed, lambda line: None)

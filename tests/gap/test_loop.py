@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from benchmarks.look_alike_cases import FORCE_AXIS
-from benchmarks.look_alikes import run_case
+from benchmarks.look_alike_cases import BENCHES, FORCE_AXIS
+from benchmarks.look_alikes import rigs_of, run_case
 from config.errors import DaemonError
-from config.load import load_rig
+from config.load import load_rig, rig_from_text
 from gap import loop
 from gap.loop import Course, Round, first_designs, resolve
 from gap.maneuvers.designs import Design
@@ -143,3 +143,13 @@ def test_what_slow_triangles_leave_open_is_run_on_the_daemon_and_searched_again(
     assert {frozenset(names) for names in row["sets"]} == {frozenset({"transport_delay at axis", "sensor_delay at sensor:axis.position"})}
     assert "a second position sensor of axis" in row["why"]
     assert len(list((tmp_path / "logs").rglob("*.mcap"))) >= 2 + 2 * len(row["asked"])
+
+
+@pytest.mark.parametrize("name", BENCHES)
+def test_every_case_of_a_bench_hides_an_effect_that_the_model_lacks(name: str) -> None:
+    """An entry may be there once only: one that the rig file has already can only be taken out of the model."""
+    bench = BENCHES[name]
+    for case in bench.cases:
+        text, truth, (effect, where) = rigs_of(bench, case)
+        assert (effect, where) in {(entry.effect, entry.where) for entry in truth.rig.plant.effects}
+        assert (effect, where) not in {(entry.effect, entry.where) for entry in rig_from_text(text).plant.effects}
