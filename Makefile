@@ -12,16 +12,41 @@ venv: .venv/installed
 
 # Locked versions first, then this checkout on top, so that two machines get the same libraries.
 .venv/installed: requirements.lock pyproject.toml
-	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --editable .
-	touch $@
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "longreach needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) -V 2>&1). Next: make venv PYTHON=python3.11"; exit 1; }
+	@$(PYTHON) -m venv .venv || \
+	  { echo "$(PYTHON) cannot make .venv: its venv module is missing or this folder cannot be written." \
+	  "Next: apt-get install python3-venv (Debian, Ubuntu), then make venv"; exit 1; }
+	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock && \
+	  $(BIN)/pip install --quiet --disable-pip-version-check --no-deps --editable . || \
+	  { echo "The libraries could not be installed: no network, no room on the disk, or a package index that does not answer (see above)." \
+	  "Next: df -h . ; then make venv (behind a proxy: HTTPS_PROXY=http://host:port make venv)"; exit 1; }
+	@touch $@
 
 demo: venv
 	$(BIN)/longreach demo --out demo
 
+# Compiled modules are kept whatever the environment says (in build/, not beside the sources): hundreds of processes start in the tests.
+test test-slow hil: export PYTHONDONTWRITEBYTECODE =
+test test-slow hil: export PYTHONPYCACHEPREFIX = $(CURDIR)/build/pycache
+# Every worker is a process of its own; threads of the linear algebra would only wait for each other.
+test test-slow: export OPENBLAS_NUM_THREADS = 1
+
+# The files with such tests, found without importing the others.
+CLOCK = $(shell grep -rlE 'mark\.(device_)?clock' --include='test_*.py' tests)
+
+# What needs no clock takes both processors, but gives way at once to the daemons of the tests that do (any user may ask for that).
+BEHIND = $(shell command -v chrt >/dev/null && echo chrt --idle 0 || echo nice -n 19)
+
+# One worker more than processors: some tests wait.
+test: export PYTEST_XDIST_AUTO_NUM_WORKERS = $(shell $(PYTHON) -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
+
+# Without xdist, `pytest` alone runs the same tests.
 test: venv
-	$(BIN)/pytest
+	@mkdir -p build
+	@$(BIN)/pytest -m "clock and not slow and not hil" $(CLOCK) >build/clock-tests.txt 2>&1 & on_the_clock=$$!; \
+	$(BEHIND) $(BIN)/pytest -n auto --dist loadfile -m "not slow and not hil and not clock"; others=$$?; \
+	wait $$on_the_clock; clock=$$?; cat build/clock-tests.txt; exit $$((others | clock))
 
 test-slow: venv
 	$(BIN)/pytest -m "slow and not hil"
@@ -30,9 +55,9 @@ test-slow: venv
 hil: venv
 	$(BIN)/pytest -m hil -s tests/hil/test_paper_line.py
 
-# Hidden effects on a machine of other code, answers sealed; writes docs/blind.md. Continues where it stopped: BLIND="--cases 200 --workers 2".
+# Hidden effects on a machine of other code, answers sealed; writes docs/results/blind.md. Continues where it stopped: BLIND="--cases 200 --workers 2".
 blind: venv
-	PYTHONPATH=tests $(BIN)/python -m blind $(BLIND)
+	$(BIN)/python -m tests.blind $(BLIND)
 
 lint: venv
 	$(BIN)/ruff check .
@@ -48,6 +73,8 @@ bench: venv
 
 docs: venv
 	$(BIN)/python -m config.reference
+	$(BIN)/python -m daemon.checks_reference
+	$(BIN)/python -m tests.docs.rooms_picture
 
 # FROM_VENV=.venv takes the libraries from there instead of the package index.
 install:

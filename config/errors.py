@@ -100,3 +100,9 @@ class DaemonError(LongreachError):
 
 class PlantError(LongreachError):
     """Example: a chamber volume of the simulated cylinder is negative."""
+
+
+class UsageError(LongreachError):
+    """Words of a command that do not go together."""
+
+    exit_status = EXIT_USAGE

@@ -1,7 +1,6 @@
 """The one place where units are converted: what a user writes ("2000 psi") becomes a float in SI (temperatures in degC).
 
-Angle is a dimension of its own here, unlike in SI: otherwise a corner of "5 Hz" would be accepted as 5 rad/s, and a gain of
-"0.35 V" as 0.35 V/rad.
+The factors stand in a table written by pint (`unit_factors`); a unit outside it is asked of pint itself (`pint_units`), which takes 0.4 s.
 """
 
 from __future__ import annotations
@@ -9,35 +8,11 @@ from __future__ import annotations
 import math
 import re
 from functools import cache, lru_cache
-from pathlib import Path
-
-import pint
 
 from config.errors import UnitError
+from config.unit_factors import FACTORS, TEMPERATURES
 
 _NUMBER_AND_UNIT = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$")
-
-_DEFINITIONS = (
-    "radian = [angle] = rad",
-    "rpm = turn / minute",
-    "rps = turn / second",
-    "gpm = gallon / minute",
-    "lpm = liter / minute",
-    "cSt = 1e-6 * meter ** 2 / second",
-)
-
-
-@cache
-def registry() -> pint.UnitRegistry[float]:
-    """The unit registry, with hydraulic units and with angle as a dimension. Built once: it costs about 0.1 s.
-
-    It starts empty because a registry made with pint's own definitions has already cached angle as dimensionless.
-    """
-    units: pint.UnitRegistry[float] = pint.UnitRegistry(None, on_redefinition="ignore")
-    units.load_definitions(Path(pint.__file__).with_name("default_en.txt"))
-    for definition in _DEFINITIONS:
-        units.define(definition)
-    return units
 
 
 @lru_cache(maxsize=4096, typed=True)
@@ -58,22 +33,61 @@ def to_si(text: str | float, unit: str) -> float:
     number, written = float(match[1]), match[2].strip()
     if not written:
         return _finite(number, unit)
-    if unit == "K" and written in ("degC", "degF"):
-        written = f"delta_{written}"
     try:
-        return _finite(float(registry().Quantity(number, written).to(unit or "dimensionless").magnitude), unit)
-    except pint.DimensionalityError as error:
+        return _finite(_from_written(number, written, unit), unit)
+    except ValueError as error:
         raise UnitError("wrong kind of unit", value=repr(text), next_step=_advice(unit)) from error
-    except Exception as error:  # pint raises tokenizer, attribute and zero-division errors for unreadable unit text
+    except LookupError as error:
         raise UnitError("unknown unit", value=repr(text), next_step=_advice(unit)) from error
 
 
 def from_si(value: float, unit: str, wanted: str) -> float:
     """A value in `unit` expressed in `wanted`; UnitError when the dimensions differ."""
     try:
-        return float(registry().Quantity(value, unit or "dimensionless").to(wanted).magnitude)
-    except pint.PintError as error:
+        if unit == "degC" and wanted in TEMPERATURES:
+            return _temperature(value, unit, wanted)
+        return value / factor if (factor := _factor(unit, wanted)) is not None else _of_pint(value, unit, wanted)
+    except (ValueError, LookupError) as error:
         raise UnitError("cannot be expressed in this unit", value=f"{value:g} {unit}", unit=wanted) from error
+
+
+def is_stored(unit: str) -> bool:
+    """Whether the project stores numbers in this unit (`Pa`): what is counted in days or cycles has no other unit to be shown in."""
+    return unit in FACTORS
+
+
+def _from_written(number: float, written: str, unit: str) -> float:
+    """ValueError: of another dimension. LookupError: no unit."""
+    if unit == "degC" and written in TEMPERATURES:
+        return _temperature(number, written, unit)
+    factor = _factor(unit, written)
+    return number * factor if factor is not None else _of_pint(number, written, unit)
+
+
+def _factor(unit: str, written: str) -> float | None:
+    """Of a written unit to a stored one; None where the table does not know one of them. ValueError when the dimensions differ."""
+    factor = FACTORS.get(unit, {}).get(written)
+    if factor is None and unit in FACTORS and written in _listed():
+        raise ValueError(f"{written} is of another dimension than {unit}")
+    return factor
+
+
+@cache
+def _listed() -> frozenset[str]:
+    """Every written unit of the table."""
+    return frozenset({unit for units in FACTORS.values() for unit in units} | TEMPERATURES.keys())
+
+
+def _temperature(value: float, unit: str, wanted: str) -> float:
+    (scale, offset), (wanted_scale, wanted_offset) = TEMPERATURES[unit], TEMPERATURES[wanted]
+    same = (scale, offset) == (wanted_scale, wanted_offset)
+    return value if same else (value * scale + offset - wanted_offset) / wanted_scale
+
+
+def _of_pint(value: float, unit: str, wanted: str) -> float:
+    from config.pint_units import converted
+
+    return converted(value, unit, wanted)
 
 
 def written_unit(text: object) -> str:

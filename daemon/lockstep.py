@@ -6,30 +6,37 @@ Two calls with the same arguments write the same cycles, byte for byte.
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from math import inf
 from pathlib import Path
 from typing import Any
 
+from config.checking.unusable import refuse_unusable
 from config.errors import DaemonError
-from config.load import LoadedRig
-from config.rig import Rig
-from control.signals import Mode
-from daemon import host_facts
-from daemon.clock import LockstepClock
-from daemon.command import Command, CommandQueue
-from daemon.device_bank import CreateDriver, DeviceBank
-from daemon.facts import Facts
-from daemon.log_stream import LogStream
-from daemon.loop import ControlLoop
-from daemon.modes import Event
-from daemon.recorder import Recorder, Session
-from daemon.run_watch import Verdict
-from daemon.start_request import start_run
-from daemon.timing import WORDS, Timing
+from config.loading.load import LoadedRig
+from config.schema.rig import Rig
+from daemon.checks.interlocks import rig_facts
+from daemon.cycle.clock import LockstepClock
+from daemon.cycle.facts import Facts
+from daemon.cycle.log_stream import LogStream
+from daemon.cycle.timing import WORDS, Timing
+from daemon.host import host_facts
+from daemon.loop.command import CommandQueue, LoopCommand, StartRun
+from daemon.loop.control_loop import ControlLoop
+from daemon.loop.device_bank import CreateDriver, DeviceBank
+from daemon.loop.other_processes import OtherProcesses
+from daemon.loop.recording_span import Recording
+from daemon.loop.set_points import NewestSetPoint
+from daemon.modes.mode_machine import OperatorAction
+from daemon.modes.run_watch import RunVerdict
+from daemon.processes.recorder import Recorder
+from daemon.server.start_request import start_run, start_stream
 from drivers import registry
-from recording.event import Event as LogEvent
-from recording.event import decode_event
-from recording.layout import CycleLayout
+from recording.files.session import Session
+from recording.format.event import Event, decode_event
+from recording.format.layout import CycleLayout
+from servo_control.signals import Mode
 
 LONGEST_WAIT_S = 30.0  # simulated time for anything but a run
 Progress = Callable[[int, float, float], None]  # request number from 0, elapsed_s, duration_s
@@ -46,8 +53,18 @@ def run_lockstep(
 
     `seed` of the simulated sensors' noise. Raises DaemonError when a run does not end valid, with its reason; refusals as `start`.
     """
+    refuse_unusable(loaded_rig)
     with LockstepRig(loaded_rig, log_dir, seed) as rig:
         return [rig.one_run(request, progress=progress, number=number) for number, request in enumerate(requests)]
+
+
+def run_into(log: Path, loaded_rig: LoadedRig, request: Mapping[str, Any], seed: int = 0) -> Path:
+    """One run, its log under the name `log` and nothing else beside it; the log appears when it is whole. Raises as `run_lockstep`."""
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".longreach-", dir=log.parent) as folder:
+        (made,) = run_lockstep(loaded_rig, [request], Path(folder), seed)
+        made.replace(log)
+    return log
 
 
 class DirectSink:
@@ -63,40 +80,41 @@ class DirectSink:
         return True
 
 
-class Alone:
-    """Surroundings of a loop that has no other processes: all healthy."""
+class SingleProcessHealth:
+    """Process health of a loop without other processes: all healthy, and the virtual clock keeps any rate."""
 
     def __init__(self, facts: Facts, log_dir: Path) -> None:
-        self._at_disk = facts.index("disk.free_bytes")
+        self._at_disk, self._at_rate = facts.index("disk.free_bytes"), facts.index("host.rate_Hz")
         self._free = float(shutil.disk_usage(log_dir).free)
 
     def update(self, values: list[float], now_ns: int) -> None:
-        values[self._at_disk] = self._free
+        values[self._at_disk], values[self._at_rate] = self._free, inf
 
     def publish(self, values: list[float], now_ns: int, urgent: bool) -> None:
-        """Nobody looks."""
+        """There is no reader."""
 
 
 class LockstepRig:
-    """A rig on the virtual clock, for scripts and tests that want more than whole runs. Use it in a with statement."""
+    """A rig on the virtual clock, for scripts and tests that need more than whole runs. Use it in a with statement."""
 
     def __init__(self, loaded: LoadedRig, log_dir: Path, seed: int = 0, create: CreateDriver = registry.create) -> None:
         log_dir.mkdir(parents=True, exist_ok=True)
         self.rig = seeded(loaded.rig, seed)
         layout = CycleLayout.of_rig(self.rig)
-        self.facts = Facts(self.rig, layout)
+        self.facts = rig_facts(self.rig)
         facts = {"clock": "lockstep", "seed": str(seed), **host_facts.software(), **host_facts.host()}
-        self.recorder = Recorder(Session(loaded, log_dir, facts))
-        self.events: list[LogEvent] = []
-        self.commands = CommandQueue()
+        self.recorder = Recorder(Session.of(loaded, log_dir, facts))
+        self.events: list[Event] = []
+        self.commands, self.set_points = CommandQueue(), NewestSetPoint()
         self.clock = LockstepClock()
         bank = DeviceBank(self.rig, self.facts, lockstep=True, create=create)
-        log = LogStream(layout, DirectSink(self.recorder.handle), DirectSink(self._journal))
-        self.loop = ControlLoop(self.rig, self.facts, self.clock, bank, self.commands, log, Alone(self.facts, log_dir), Timing([0] * WORDS))
+        log = LogStream(layout, DirectSink(self.recorder.handle), DirectSink(self._take_event))
+        others = OtherProcesses(self.commands, SingleProcessHealth(self.facts, log_dir), self.set_points)
+        self.loop = ControlLoop(self.rig, self.facts, self.clock, bank, others, Recording(log, Timing([0] * WORDS)))
         self._runs = 0
         bank.open()
 
-    def _journal(self, kind: int, stamp_ns: int, data: bytes) -> None:
+    def _take_event(self, kind: int, stamp_ns: int, data: bytes) -> None:
         if data:
             self.events.append(decode_event(data))
 
@@ -108,9 +126,9 @@ class LockstepRig:
         """A number of the last cycle, by its name in the facts."""
         return self.loop.values[self.facts.index(fact)]
 
-    def post(self, event: Event) -> None:
+    def post(self, action: OperatorAction) -> None:
         """As an operator would; it acts in the next cycle but one."""
-        self.commands.post(Command(event))
+        self.commands.post(LoopCommand(action))
 
     def cycles(self, count: int) -> None:
         for _ in range(count):
@@ -128,8 +146,8 @@ class LockstepRig:
     def arm(self) -> None:
         """Release the e-stop, arm and hold. DaemonError with the first check that fails."""
         self.cycles(2)
-        self.post(Event.RESET)
-        self.post(Event.ARM)
+        self.post(OperatorAction.RESET)
+        self.post(OperatorAction.ARM)
         self.cycles(4)
         self.until(lambda: self.mode is not Mode.ARMING)
         if self.mode is not Mode.HOLDING:
@@ -138,15 +156,21 @@ class LockstepRig:
 
     def start(self, params: Mapping[str, Any]) -> int:
         """Ask for a run, with no countdown unless `params` say so; returns its number."""
+        return self._start(start_run, params)
+
+    def stream(self, params: Mapping[str, Any] | None = None) -> int:
+        """Ask to drive by hand: from now on `set_points` moves the arm. Returns the run's number."""
+        return self._start(start_stream, params or {})
+
+    def _start(self, prepare: Callable[..., StartRun], params: Mapping[str, Any]) -> int:
         self._runs += 1
         position = [self.value(f"{joint}.reference") for joint in self.rig.joints]
-        start = start_run(self.rig, self._runs, {"countdown_s": 0.0, **params}, position)
-        self.commands.post(Command(start=start))
+        self.commands.post(LoopCommand(start=prepare(self.rig, self._runs, {"countdown_s": 0.0, **params}, position)))
         self.cycles(1)
         return self._runs
 
     def disarm(self) -> None:
-        self.post(Event.DISARM)
+        self.post(OperatorAction.DISARM)
         self.cycles(2)
 
     def one_run(self, params: Mapping[str, Any], progress: Progress | None = None, number: int = 0) -> Path:
@@ -159,7 +183,7 @@ class LockstepRig:
             if progress:
                 progress(number, min(run.duration_s, run.elapsed_cycles / self.rig.loop.rate_Hz), run.duration_s)
         self.disarm()
-        if run.verdict is not Verdict.VALID:  # a fault is still recording
+        if run.verdict is not RunVerdict.VALID:  # a fault is still recording
             raise DaemonError("the run is not valid", value=run.reason, where=self.rig.name, next_step="The log ends with what happened.")
         return self.recorder.finished[-1]
 

@@ -5,7 +5,8 @@ After `open` and before `activate` it may be read but must not move anything. `s
 may be called at any time, also twice; after it a write needs a new `activate`, and `configure` may come again (KeepsSetup).
 `close` calls it. Any verb raises an exception (DriverError or its own) on failure.
 
-A driver is made by a factory found in the entry-point group `longreach.drivers`: `factory(name, device, rig, lockstep) -> Driver`.
+A driver is made by `factory(name, device, rig, lockstep) -> Driver`. Where the factories are: `config.options.driver_options` for the
+shipped ones, the entry-point group `longreach.drivers` for those of plug-ins.
 """
 
 from __future__ import annotations

@@ -12,11 +12,13 @@ from collections.abc import Callable, Sequence
 from math import isfinite, nan
 
 from config.errors import ConfigError, DriverError
-from config.modbus_options import RtuOptions, TcpOptions, modbus_options
-from config.rig import Device, Rig
+from config.options.device_options import RigNames
+from config.options.driver_options import device_options
+from config.options.modbus_options import RtuOptions, TcpOptions
+from config.schema.rig import Device, Rig
 from drivers.contract import Driver, Quality, Sample
 from drivers.modbus_client import ModbusConnection, ModbusReadError, PymodbusConnection
-from drivers.modbus_registers import Block, blocks, overlapping
+from drivers.modbus_registers import Block, blocks
 
 Connect = Callable[[TcpOptions | RtuOptions], ModbusConnection]
 
@@ -28,7 +30,9 @@ def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
     if not device.slow:
         advice = "A Modbus answer takes longer than a cycle of the loop: write slow: true."
         raise ConfigError("a Modbus device must be slow", value="slow: false", where=f"devices.{name}.slow", next_step=advice)
-    return ModbusDriver(name, modbus_options(name, device))
+    options = device_options(name, device)
+    assert isinstance(options, (TcpOptions, RtuOptions))
+    return ModbusDriver(name, options)
 
 
 class ModbusDriver:
@@ -36,13 +40,13 @@ class ModbusDriver:
 
     def __init__(self, name: str, options: TcpOptions | RtuOptions, connect: Connect = PymodbusConnection) -> None:
         self.name = name
-        self.inputs: tuple[str, ...] = tuple(options.channels)
+        self.inputs: tuple[str, ...] = tuple(options.input_channels(RigNames()))
         self.outputs: tuple[str, ...] = ()
         self.failure = ""
         self.failures = 0
         self._options = options
         self._connect = connect
-        self._blocks = _blocks(name, options)
+        self._blocks = blocks(options.channels, options.largest_gap)
         self._samples = [Sample() for _ in self.inputs]
         self._connection: ModbusConnection | None = None
         self._is_connected = False
@@ -142,7 +146,7 @@ class ModbusDriver:
         return self._connection
 
     def _no_answer(self, failure: ModbusReadError) -> DriverError:
-        advice = "Check cable, power and address; `mbpoll` asks the device without longreach."
+        advice = f"Check cable, power and address; `longreach device scan {_where(self._options)}` shows who answers there."
         return DriverError(f"no connection to {_address(self._options)}", value=str(failure), where=self.name, next_step=advice)
 
     def _refused(self, block: Block, failure: Exception) -> DriverError:
@@ -151,20 +155,15 @@ class ModbusDriver:
         return DriverError(what, value=str(failure), where=self.name, next_step=advice)
 
 
-def _blocks(name: str, options: TcpOptions | RtuOptions) -> tuple[Block, ...]:
-    shared = overlapping(options.channels)
-    if shared:
-        what = f"the channels {shared[0]!r} and {shared[1]!r} share a register"
-        raise ConfigError(
-            what, where=f"devices.{name}.options.channels", next_step="Compare address and type with the device's register list."
-        )
-    return blocks(options.channels, options.largest_gap)
-
-
 def _mark_bad(sample: Sample) -> None:
     """No value; the stamp stays that of the last good value, so that the age goes on growing."""
     sample.raw = nan
     sample.quality = Quality.BAD
+
+
+def _where(options: TcpOptions | RtuOptions) -> str:
+    """As the device commands have it."""
+    return f"tcp:{options.host}:{options.port}" if isinstance(options, TcpOptions) else f"rtu:{options.port}"
 
 
 def _address(options: TcpOptions | RtuOptions) -> str:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
-from config.modbus_options import REGISTERS, ModbusChannel
+from config.options.modbus_options import REGISTERS, ModbusChannel
 
 LONGEST_READ = 125  # registers in one answer (Modbus application protocol, function 3 and 4)
 _NUMBER = {"int16": ">h", "uint16": ">H", "int32": ">i", "uint32": ">I", "float32": ">f"}
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BlockChannel:
     """A channel within a block: its number in the driver's list, its first register counted from the block's start, its type."""
 
     channel: int
@@ -31,7 +30,7 @@ class Block:
     table: str
     address: int
     count: int
-    places: tuple[Place, ...]
+    places: tuple[BlockChannel, ...]
 
     def raw_counts(self, registers: Sequence[int]) -> list[tuple[int, float]]:
         """(channel number, raw count) for every channel of the block.
@@ -55,39 +54,28 @@ def blocks(channels: Mapping[str, ModbusChannel], largest_gap: int) -> tuple[Blo
     return tuple(_block(group) for group in groups)
 
 
-def overlapping(channels: Mapping[str, ModbusChannel]) -> tuple[str, str] | None:
-    """Two channels that share a register, which is a mistake in the register map; None when there are none."""
-    ordered = sorted(channels.items(), key=lambda item: (item[1].table, item[1].address))
-    for (name, channel), (next_name, next_channel) in pairwise(ordered):
-        if channel.table == next_channel.table and next_channel.address < _end(channel):
-            return name, next_name
-    return None
-
-
 def _joins(group: list[tuple[int, ModbusChannel]], channel: ModbusChannel, largest_gap: int) -> bool:
     first, last = group[0][1], group[-1][1]
-    close = channel.address - _end(last) <= largest_gap
-    return channel.table == first.table and close and _end(channel) - first.address <= LONGEST_READ
+    close = channel.address - last.end <= largest_gap
+    return channel.table == first.table and close and channel.end - first.address <= LONGEST_READ
 
 
 def _block(group: list[tuple[int, ModbusChannel]]) -> Block:
     first = group[0][1]
     places = tuple(
-        Place(number, channel.address - first.address, REGISTERS[channel.type], struct.Struct(_NUMBER[channel.type]), _low_first(channel))
+        BlockChannel(
+            number, channel.address - first.address, REGISTERS[channel.type], struct.Struct(_NUMBER[channel.type]), _low_first(channel)
+        )
         for number, channel in group
     )
-    return Block(first.table, first.address, max(_end(channel) for _, channel in group) - first.address, places)
+    return Block(first.table, first.address, max(channel.end for _, channel in group) - first.address, places)
 
 
 def _low_first(channel: ModbusChannel) -> bool:
     return channel.word_order == "little"
 
 
-def _end(channel: ModbusChannel) -> int:
-    return channel.address + REGISTERS[channel.type]
-
-
-def _number(registers: Sequence[int], place: Place) -> float:
+def _number(registers: Sequence[int], place: BlockChannel) -> float:
     words = registers[place.offset : place.offset + place.registers]
     if place.low_word_first:
         words = words[::-1]

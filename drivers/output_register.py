@@ -1,6 +1,6 @@
 """The output register of a simulated device: what its valves are told, kept outside the control process, with the device's own time-out.
 
-A real valve amplifier goes to its safe state when nobody writes for `timeout`. The register obeys the same law, so anybody who
+A real valve amplifier goes to its safe state when nobody writes for `timeout`. The register follows the same rule, so anybody who
 maps the file sees what the valves really do after the control process was killed:
 
     effective(now) = value            while now − stamp ≤ timeout

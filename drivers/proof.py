@@ -1,12 +1,12 @@
 """What a driver with outputs does when its device's safe state is proven before arming, and what it says about it.
 
-`prove_safe_state()` is called after `configure()` and before `activate()`, with no hydraulic pressure at the valves. It gives steps:
-the caller takes one in every cycle, after `read()`. Where the steps stand is where the output is: opened a little, left alone by us on
-purpose, watched until the device has made it safe by itself. A step yields None, or the result of a proof that has just ended.
+`prove_safe_state()` is called after `configure()` and before `activate()`, with no hydraulic pressure at the valves. It gives steps: the
+caller takes one in every cycle, after `read()`. The steps open the output a little, fall silent on purpose, and watch until the device has
+made it safe by itself. A step yields None, or the result of a proof that has just ended.
 
-What stops for the sake of one proof (our heartbeat) stops for every device on the bus. So a caller with several devices takes turns: it
-goes on to the next device at every result, and comes back until all are at their ends, where each puts itself in order again.
-Closing the steps early ends the proof; the caller then calls `safe()`. A result that is not ok must keep the rig from being armed.
+Silence (our heartbeat stops) meets every device on the bus. So a caller with several devices takes turns: it goes on to the next device at
+every result, and comes back until all have finished; each device then puts itself in order again. Closing the steps early ends the proof;
+the caller then calls `safe()`. A result that is not ok must keep the rig from being armed.
 """
 
 from __future__ import annotations

@@ -1,17 +1,14 @@
-"""Finds drivers by name: entry points of the group `longreach.drivers`, ours and those of installed plug-ins."""
+"""Makes drivers by name: the shipped ones, and those of installed plug-ins (entry-point group `longreach.drivers`)."""
 
 from __future__ import annotations
 
 import difflib
-from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from typing import Protocol, cast
 
 from config.errors import DriverError
-from config.rig import Device, Rig
+from config.options.driver_options import factories
+from config.schema.rig import Device, Rig
 from drivers.contract import Driver
-
-GROUP = "longreach.drivers"
 
 
 class DriverFactory(Protocol):
@@ -20,14 +17,9 @@ class DriverFactory(Protocol):
     def __call__(self, name: str, device: Device, rig: Rig, lockstep: bool) -> Driver: ...
 
 
-@cache
-def _installed() -> dict[str, EntryPoint]:
-    return {point.name: point for point in entry_points(group=GROUP)}
-
-
 def known_drivers() -> tuple[str, ...]:
     """Names that may stand in a rig file's `devices: … driver:`."""
-    return tuple(sorted(_installed()))
+    return tuple(sorted(factories()))
 
 
 def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
@@ -36,7 +28,7 @@ def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
     Raises DriverError with the known names when there is no such driver, or when the plug-in cannot be imported.
     """
     where = f"devices.{name}.driver"
-    point = _installed().get(device.driver)
+    point = factories().get(device.driver)
     if point is None:
         nearest = difflib.get_close_matches(device.driver, known_drivers(), 1)
         advice = f"Did you mean {nearest[0]!r}?" if nearest else "Install the plug-in that brings it (entry-point group longreach.drivers)."

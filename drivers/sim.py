@@ -13,7 +13,9 @@ from math import isfinite
 from pathlib import Path
 
 from config.errors import DriverError
-from config.rig import Device, Rig
+from config.options.driver_options import device_options, rig_names
+from config.options.sim_options import SimOptions
+from config.schema.rig import Device, Rig
 from drivers.contract import Driver, Quality, Sample
 from drivers.output_register import OutputRegister
 from sim_backend.plant import SimulatedRig
@@ -29,7 +31,7 @@ def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
 
 
 class SimDriver:
-    """One simulated device that carries every sensor and every valve of the rig. Options: `seed` of the sensor noise."""
+    """One simulated device that carries every sensor and every valve of the rig."""
 
     def __init__(self, name: str, device: Device, rig: Rig, lockstep: bool, register_path: Path | None = None) -> None:
         self.name = name
@@ -40,9 +42,11 @@ class SimDriver:
         self._period_s = 1.0 / rig.loop.rate_Hz
         self._period_ns = round(1e9 * self._period_s)
         self._most_periods = round(LONGEST_CATCH_UP_S / self._period_s)
-        self._plant = SimulatedRig(rig, seed=_seed(name, device))
-        self.inputs: tuple[str, ...] = tuple(self._plant.channels)
-        self.outputs: tuple[str, ...] = tuple(f"{joint}.command" for joint in rig.joints)
+        options = device_options(name, device)
+        assert isinstance(options, SimOptions)
+        self._plant = SimulatedRig(rig, seed=options.seed)
+        self.inputs: tuple[str, ...] = tuple(options.input_channels(rig_names(rig)))
+        self.outputs: tuple[str, ...] = tuple(options.output_channels(rig_names(rig)))
         self._samples = [Sample() for _ in self.inputs]
         self._register: OutputRegister | None = None
         self._plant_ns: int | None = None
@@ -119,14 +123,3 @@ class SimDriver:
         if self._register is None:
             raise DriverError("the device is not open", where=self.name, next_step="Call open() first.")
         return self._register
-
-
-def _seed(name: str, device: Device) -> int:
-    seed = device.options.get("seed", 0)
-    unknown = sorted(set(device.options) - {"seed"})
-    if unknown or isinstance(seed, bool) or not isinstance(seed, int):
-        value = ", ".join(unknown) or repr(seed)
-        raise DriverError(
-            "unusable option of the simulated device", value=value, limit="seed: whole number", where=f"devices.{name}.options"
-        )
-    return seed

@@ -2,125 +2,125 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from config.load import LoadedRig
+import numpy as np
+
+from config.progress import Progress
 from gap.data.coarse_steps import readable
-from gap.data.data_check import DataProblem
-from gap.data.measured import Measured
+from gap.data.measured import Array
+from gap.fitting.common_scale import at_own_scale
 from gap.fitting.evaluation import Evaluation, mean_cost
 from gap.fitting.model import Model
 from gap.fitting.temperatures import warmings
+from gap.judged_file import JudgedFile, Searched, judged_file
 from gap.maneuvers.doubt import next_of
-from gap.report.findings import constants, document, finding, not_seen, step_finding
-from gap.report.found import Found
-from gap.report.kept_remainder import kept_remainder
-from gap.report.localise import localise
-from gap.report.model_file import with_step_lines
-from gap.report.remainder import remainder, sentence
-from gap.report.steadiness import in_words, steadiness, unsteady
-from gap.report.written import again, changed, file_model, leanest, text_of, widths_of
-from gap.search.candidates import candidates
+from gap.outcome.findings import constants, document, finding, not_seen, step_finding
+from gap.outcome.found import Found
+from gap.outcome.localise import localise
+from gap.outcome.model_file import with_step_lines
+from gap.outcome.wanted import wanted
+from gap.outcome.written import again, widths_of
 from gap.search.hold_out_sizes import on_hold_out
-from gap.search.screen import screen_sizes
-from gap.search.search_state import Search
-from gap.search.settings import Settings
-from gap.search.verdict import Verdict, channel_rms, confidence, verdict, with_steps
-from gap.search.visible import checked
+from gap.search.search_state import GateSearch
+from gap.search.verdict import Verdict, channel_rms, confidence, with_steps
 from gap.search.weak_names import weighed
+from gap.signatures.candidates import candidates
+from gap.signatures.screen import screen_sizes
+from gap.signatures.visible import checked
 
-Tell = Callable[[str], None]
+Content = dict[str, Any]  # a part of findings.json
 
 
-def concluded(
-    loaded: LoadedRig,
-    names: list[str],
-    state: Search,
-    nominal: tuple[Evaluation, ...],
-    problems: list[DataProblem],
-    logs: Sequence[Measured],
-    settings: Settings,
-    tell: Tell,
-) -> Found:
-    before, refit = mean_cost(nominal), mean_cost(state.constants_only)
-    tell("confidence intervals")
+def concluded(done: Searched) -> Found:
+    """The verdict with everything that report, findings file and improved rig file need."""
+    done = replace(done, state=_at_own_scale(done.state))
+    state, progress = done.state, done.progress
+    progress("confidence intervals")
     half_width = confidence(state.current, state.costs)
-    state.steps = weighed(state, half_width, tell)
-    draft = _data_verdict(problems) or verdict(state, before, refit, state.cost)
+    if done.decided is None:
+        state.steps = weighed(state, half_width, progress)
+    judged = judged_file(done, half_width)
+    places = localise(done.nominal, done.names, state.first_screening, done.loaded.rig)
+    _smallest(state, progress)
+    found, leads = _findings(done, judged, half_width)
+    word = with_steps(judged.word, state.coarse)
+    text = with_step_lines(judged.text, state.coarse)  # only now: what was judged reads more finely, and the steps count as noise
+    progress(said(word, found))
+    parts = {"leads": leads, **_parts(done, judged, word, [*found, *leads], half_width)}
+    content = document(word, places, found, parts, done.logs)
+    return Found(done.loaded, done.names, state, done.nominal, judged.file.seen, half_width, word, places, done.problems, text, content)
+
+
+def _at_own_scale(state: GateSearch) -> GateSearch:
+    fitted = at_own_scale(state.current, state.costs)
+    return state if fitted is state.current else replace(state, current=fitted, seen=again(state, fitted.model))
+
+
+def _findings(done: Searched, judged: JudgedFile, half_width: Array) -> tuple[list[Content], list[Content]]:
+    """What the written file has, and what helped but left too much to be named."""
+    state, word = done.state, judged.word
+    named = state.current.model if word.word == "unknown" else judged.lean
     widths = widths_of(state, half_width)
-    lean = leanest(state, half_width, tell)
-    steady = steadiness(state, lean, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
-    text = text_of(loaded, state, draft, lean, widths, before)
-    final = nominal if text == loaded.text else again(state, file_model(text))
-    after = mean_cost(final)
-    word = _data_verdict(problems) or verdict(state, before, refit, after, in_words(unsteady(steady)))
-    rest_left = remainder(nominal, final, names, file_model(text).rig) if word.word != "data_problem" else None
-    if rest_left and word.word == "unknown":
-        word = replace(word, why=f"{word.why} {sentence(rest_left)}")
-    text, rest_left = _kept(text, state, rest_left, final, settings, tell)
-    places = localise(nominal, names, state.first_screening, loaded.rig)
-    _smallest(state, tell)
-    found = [finding(state, step, lean, widths, word) for step in state.steps] + [step_finding(item) for item in state.coarse]
-    word = with_steps(word, state.coarse)
-    text = with_step_lines(text, state.coarse)  # only now: what was judged reads more finely, and the steps count as noise
-    parts = {
-        "parameters": constants(state.current.model, half_width, steady),
-        "gap": _gap(names, nominal, final, refit, logs),
-        "remainder": rest_left,
-        "not_seen": not_seen(state.screening, {(item["effect"], item["where"]) for item in found}, readable(logs, loaded.rig)),
-        "next_maneuver": next_of(loaded, state, word, tell) if settings.propose else None,
-        "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in problems],
-        "temperatures": _temperatures(state, lean, tell),
+    found = [finding(state, step, named, widths, word) for step in state.steps]
+    if done.decided:
+        found = [*map(done.decided.with_probability, found), *done.decided.changes]
+    steps = [step_finding(item) for item in state.coarse]
+    return (steps, found) if word.word == "unknown" else ([*found, *steps], [])
+
+
+def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Content], half_width: Array) -> Content:
+    """What findings.json holds beside the findings. `told`: findings and leads."""
+    state, loaded, progress, logs = done.state, done.loaded, done.progress, done.logs
+    told_of = {(item["effect"], item["where"]) for item in told}
+    return {
+        "parameters": constants(state.current.model, half_width, judged.file.model, judged.steady),
+        "gap": _gap(done, judged.file.seen),
+        "held": [item.as_dict() for item in wanted(loaded, state, progress)] if word.word not in ("no_gap", "data_problem") else [],
+        "remainder": judged.rest,
+        "not_seen": not_seen(state.screening, told_of, readable(logs, loaded.rig)),
+        "next_maneuver": next_of(loaded, state, word, progress) if done.settings.propose else None,
+        "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in done.problems],
+        "temperatures": _temperatures(state, judged.file.model, progress),
     }
-    content = document(word, places, found, parts, logs)
-    return Found(loaded, names, state, nominal, final, half_width, word, places, problems, text, content)
 
 
-def _kept(
-    text: str, state: Search, rest: dict[str, Any] | None, final: Sequence[Evaluation], settings: Settings, tell: Tell
-) -> tuple[str, dict[str, Any] | None]:
-    """The file's text, with the remainder in it if it was asked for and is worth it, and the remainder with what became of it."""
-    if rest is None or not settings.keep_remainder:
-        return text, rest | {"kept": None} if rest else None
-    text, kept = kept_remainder(text, state, rest, final, tell)
-    return text, rest | {"kept": kept}
+def said(word: Verdict, findings: Sequence[Content]) -> str:
+    """The verdict in a line, before any maneuver is looked for: that may take minutes."""
+    sizes = [", ".join(f"{key} {p['value']:.4g} {p['unit']}".strip() for key, p in item["parameters"].items()) for item in findings]
+    names = [f"{item['effect']} at {item['where']} ({size})" for item, size in zip(findings, sizes, strict=True)]
+    return f"verdict: {word.word}" + (f": {'; '.join(names)}" if names else "")
 
 
-def _smallest(state: Search, tell: Tell) -> None:
+def _smallest(state: GateSearch, progress: Progress) -> None:
     """The smallest size of every effect not named that would have been."""
     rest = candidates(state.current.model.rig, state.channels)
-    last = screen_sizes(state.current, state.costs, rest, state.seen_at, tell, state.first_screening)
-    tell("smallest sizes that would have been named")
+    last = screen_sizes(state.current, state.costs, rest, state.seen_at, progress, state.first_screening)
+    progress("smallest sizes that would have been named")
     fitted = checked(last, state.current, state.costs, state.seen_at)
     state.screening = on_hold_out(fitted, state.current, state.seen, state.costs, len(rest))
 
 
-def _gap(
-    names: Sequence[str], nominal: tuple[Evaluation, ...], final: tuple[Evaluation, ...], refit: float, logs: Sequence[Measured]
-) -> dict[str, Any]:
+def _gap(done: Searched, final: tuple[Evaluation, ...]) -> Content:
     """Costs in noise floors, and the error of every channel in its unit, before and after."""
-    rms = [channel_rms(evaluations, list(names)) for evaluations in (nominal, final)]
-    units = {name: next(log.channels[name].unit for log in logs) for name in names}
+    rms = [channel_rms(evaluations, list(done.names)) for evaluations in (done.nominal, final)]
+    names = [name for name in done.names if all(np.isfinite(side[name]) for side in rms)]  # a hold-out may lack what a fit log has
+    units = {name: next(log.channels[name].unit for log in done.logs if name in log.channels) for name in names}
     return {
         "unit": "noise floors",
-        "holdout_before": mean_cost(nominal),
-        "holdout_refit": refit,
+        "holdout_before": mean_cost(done.nominal),
+        "holdout_refit": done.refit,
         "holdout_after": mean_cost(final),
         "channels": {name: {"before": rms[0][name], "after": rms[1][name], "unit": units[name]} for name in names},
     }
 
 
-def _data_verdict(problems: Sequence[DataProblem]) -> Verdict | None:
-    fatal = [problem.text() for problem in problems if problem.fatal]
-    return Verdict("data_problem", f"Nothing is said about the plant: {'; '.join(fatal)}", False) if fatal else None
-
-
-def _temperatures(state: Search, lean: Model, tell: Tell) -> list[dict[str, object]]:
+def _temperatures(state: GateSearch, lean: Model, progress: Progress) -> list[dict[str, object]]:
     """How the oil warms up beside the simulation with the file that is written, hold-out logs only."""
     found = warmings(state.holdouts, lean.vector(), lean.rig)
     for warming in found:
         if not warming.agrees:
-            tell(f"temperature: {warming.text()}")
+            progress(f"temperature: {warming.text()}")
     return [warming.as_dict() for warming in found]

@@ -2,47 +2,53 @@
 
 On files, with findings.json, rig.yaml and report.html written to a folder:
 
-    find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: Path, tell: Tell, settings: Settings) -> Found
+    find(rig: Path | str, logs: Sequence[Path], holdouts: Sequence[Path], out: Path, progress: Progress, settings: Settings) -> Found
 
 On logs in memory, nothing written:
 
-    search_gap(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], tell: Tell, settings: Settings) -> Found
+    search_gap(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], progress: Progress, settings: Settings)
 
-`Found.content` is findings.json as a dictionary. `tell` takes progress lines. For many searches side by side give
+`Found.content` is findings.json as a dictionary. `progress` takes a line of text at a time. For many searches side by side give
 `Settings(workers=1, propose=False)` and a process to each search.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from config.errors import LogError, PlantError
-from config.load import LoadedRig, load_rig
+from config.loading.load import LoadedRig, load_rig
+from config.progress import Progress
+from config.whole_file import write_whole
+from gap.by_evidence import by_evidence
 from gap.conclusion import concluded
+from gap.data.channel_check import comparable
 from gap.data.coarse_steps import CoarseStep, coarse_steps
 from gap.data.data_check import DataProblem, check, refuse_pairing, same_maneuver
-from gap.data.measured import Measured, load
+from gap.data.log_parts import load_parts
+from gap.data.measured import Measured
+from gap.data.windows import Experiment
 from gap.fitting.evaluation import Evaluation
 from gap.fitting.model import Model
 from gap.fitting.model_check import against_model
 from gap.fitting.nuisance import nuisances
-from gap.report.findings import as_text
-from gap.report.found import Found
+from gap.judged_file import Searched
+from gap.outcome.file_units import FileUnits
+from gap.outcome.findings import as_text
+from gap.outcome.found import Found
 from gap.report.report import write_report
 from gap.report.unseen import unseen
 from gap.search.last_look import last_look
 from gap.search.opening import experiments_of, started
-from gap.search.search_state import Search
+from gap.search.search_state import GateSearch
 from gap.search.settings import Settings
 from gap.search.together import look_together
 from gap.search.within_priors import look_within_priors, search_within_priors
-from tuning.record_file import write_whole
 
 DEFAULTS = Settings()
-Tell = Callable[[str], None]
 
 
 def find(
@@ -50,7 +56,7 @@ def find(
     logs: Sequence[Path],
     holdouts: Sequence[Path],
     out: Path,
-    tell: Tell,
+    progress: Progress,
     settings: Settings = DEFAULTS,
     unused: Sequence[Path] = (),
 ) -> Found:
@@ -59,40 +65,75 @@ def find(
     `unused`: logs that neither fit nor decide; the result is judged on them too.
     """
     loaded = load_rig(rig)
-    found = search_gap(loaded, [load(p, loaded.rig) for p in logs], [load(p, loaded.rig) for p in holdouts], tell, settings)
+    sentences = FileUnits(loaded.text, settings.si).sentences
+    try:
+        found = search_gap(
+            loaded, load_parts(logs, loaded.rig), load_parts(holdouts, loaded.rig), lambda line: progress(sentences.text(line)), settings
+        )
+    except LogError as refusal:
+        raise sentences.refusal(refusal) from refusal
     fresh = unseen(found, unused)
     found.content["unused_logs"] = [item.as_dict() for item in fresh]
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "findings.json", as_text(found.content))
     write_whole(out / "rig.yaml", found.improved_text)
-    tell("writing the report")
-    write_report(found, out / "report.html", fresh, settings.request)
+    progress("writing the report")
+    write_report(found, out / "report.html", fresh, settings.request, settings.si)
     return found
 
 
 def search_gap(
-    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], tell: Tell, settings: Settings = DEFAULTS
+    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], progress: Progress, settings: Settings = DEFAULTS
 ) -> Found:
     """The search on logs in memory."""
+    problems = _problems(loaded, fit_logs, holdout_logs, progress)
+    fit_logs, holdout_logs = ([comparable(log, loaded.rig) for log in logs] for logs in (fit_logs, holdout_logs))
+    logs = [*fit_logs, *holdout_logs]
+    names, experiments, held = experiments_of(loaded, fit_logs, holdout_logs, settings)
+    model = _opening_model(loaded, names, logs, (experiments, held), progress)
+    state, nominal = started(model, experiments, held, frozenset(names), progress)
+    faults, decided = _beside_model(nominal, names, progress), None
+    if not any(fault.fatal for fault in faults):
+        if settings.decide == "evidence":
+            state, decided = by_evidence(loaded, names, state, experiments, progress)
+        else:
+            state = look_together(search_within_priors(state, progress), progress)
+            state = last_look(look_within_priors(state, progress), progress)
+        state.coarse = _coarse(loaded, fit_logs, holdout_logs, state)
+    return concluded(Searched(loaded, names, state, nominal, [*problems, *faults], logs, settings, progress, decided))
+
+
+def _problems(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], progress: Progress) -> list[DataProblem]:
+    """Faults of the data that a search can bear. PlantError and LogError for what it cannot."""
     if loaded.rig.plant is None:
         raise PlantError("the rig file has no section 'plant'", where=loaded.path, next_step="The search compares the plant with the logs.")
     refuse_pairing(fit_logs, holdout_logs)
     problems = _checked(loaded, [*fit_logs, *holdout_logs])
     problems += [_repeat(b) for a in fit_logs for b in holdout_logs if same_maneuver(a, b)]
     for problem in problems:
-        tell(f"warning: {problem.text()}")
-    names, experiments, held = experiments_of(loaded, fit_logs, holdout_logs, settings)
+        progress(f"warning: {problem.text()}")
+    return problems
+
+
+def _opening_model(
+    loaded: LoadedRig, names: list[str], logs: Sequence[Measured], parts: Sequence[Sequence[Experiment]], progress: Progress
+) -> Model:
+    """The rig file's plant with the constants that the search may move; says what is compared. `parts`: fitted logs, hold-out."""
     free = nuisances(loaded, frozenset(names))
-    model = Model(loaded.rig, free, np.array([item.start for item in free]))
-    tell(f"{len(names)} channels, {sum(e.windows for e in experiments)} + {sum(e.windows for e in held)} windows, {len(free)} constants")
-    state, nominal = started(model, experiments, held, frozenset(names), tell)
-    faults = _beside_model(nominal, names, tell)
-    if not any(fault.fatal for fault in faults):
-        state = look_together(search_within_priors(state, tell), tell)
-        state = last_look(look_within_priors(state, tell), tell)
-        state.coarse = _coarse(loaded, fit_logs, holdout_logs, state)
-    problems += faults
-    return concluded(loaded, names, state, nominal, problems, [*fit_logs, *holdout_logs], settings, tell)
+    for line in in_each(logs, names):
+        progress(line)
+    windows = " + ".join(str(sum(e.windows for e in part)) for part in parts)
+    progress(f"{len(names)} channels, {windows} windows, {len(free)} constants")
+    return Model(loaded.rig, free, np.array([item.start for item in free]))
+
+
+def in_each(logs: Sequence[Measured], names: Sequence[str]) -> list[str]:
+    """What is compared, log by log, where they differ."""
+    if all(name in log.channels for log in logs for name in names):
+        return []
+    having = [(log.path.name, [name for name in names if name in log.channels]) for log in logs]
+    lacking = [", ".join(name for name in names if name not in found) or "none" for _, found in having]
+    return [f"{file}: compared {', '.join(found)}; without {less}" for (file, found), less in zip(having, lacking, strict=True)]
 
 
 def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
@@ -101,22 +142,26 @@ def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
     if fatal:
         more = f" ({len(fatal) - 1} more)" if len(fatal) > 1 else ""
         place = f"{fatal[0].where}: {fatal[0].channel}" if fatal[0].channel else fatal[0].where
-        raise LogError(fatal[0].what + more, where=place, next_step="No verdict about the plant can be given from this log.")
+        rig, log = loaded.path, fatal[0].where
+        advice = (
+            f"All of it: longreach log check {log} --rig {rig}. A good part of the log: {log}@FROM:TO. Columns and units: longreach import."
+        )
+        raise LogError(fatal[0].what + more, where=place, next_step=advice)
     return problems
 
 
-def _coarse(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], state: Search) -> tuple[CoarseStep, ...]:
+def _coarse(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], state: GateSearch) -> tuple[CoarseStep, ...]:
     """Readings in steps that neither the rig file nor the search has."""
     named = {step.trial.candidate.label for step in state.steps}
     found = coarse_steps(fit_logs, holdout_logs, loaded.rig)
     return tuple(item for item in found if f"sensor_quantization at {item.where}" not in named)
 
 
-def _beside_model(nominal: Sequence[Evaluation], names: list[str], tell: Tell) -> list[DataProblem]:
+def _beside_model(nominal: Sequence[Evaluation], names: list[str], progress: Progress) -> list[DataProblem]:
     """Faults of the data that show beside the simulation of the hold-out."""
     faults = against_model(nominal, names)
     for fault in faults:
-        tell(f"{'data problem' if fault.fatal else 'warning'}: {fault.text()}")
+        progress(f"{'data problem' if fault.fatal else 'warning'}: {fault.text()}")
     return faults
 
 

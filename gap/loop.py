@@ -12,17 +12,18 @@ from pathlib import Path
 from typing import Any
 
 from config.errors import LongreachError, ManeuverError
-from config.rig import Rig
+from config.progress import Progress
+from config.schema.rig import Rig
 from gap.find import find
 from gap.maneuvers.closed_loop import planned
-from gap.maneuvers.designs import Design, designs
+from gap.maneuvers.designs import ManeuverDesign, designs
+from gap.outcome.findings import explanations
 from gap.search.settings import Settings
 
 MOST_ROUNDS = 4
 FIRST = ("paper_line", "joint_steps")  # what is run when there are no logs yet: one to fit, one to decide
 
-Tell = Callable[[str], None]
-Run = Callable[[Design, str], Path]
+Run = Callable[[ManeuverDesign, str], Path]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +34,18 @@ class Round:
     content: dict[str, Any]
     logs: tuple[Path, ...]
     holdouts: tuple[Path, ...]
-    asked: Design | None
+    asked: ManeuverDesign | None
 
     @property
     def names(self) -> list[str]:
-        return [f"{item['effect']} at {item['where']}" for item in self.content["findings"]]
+        return [f"{item['effect']} at {item['where']}" for item in explanations(self.content)]
 
     @property
     def open_sets(self) -> list[list[str]]:
         """Every set of look-alikes."""
         return [
             [f"{x['effect']} at {x['where']}" for x in (item, *item["look_alikes"])]
-            for item in self.content["findings"]
+            for item in explanations(self.content)
             if item["look_alikes"]
         ]
 
@@ -53,11 +54,11 @@ class Round:
         """Nothing is in doubt: no gap, wrong constants only, or names that are all confirmed."""
         if self.content["verdict"] in ("no_gap", "parameter_mismatch"):
             return True
-        return bool(self.names) and all(item["confirmed"] for item in self.content["findings"])
+        return bool(self.names) and all(item["confirmed"] for item in explanations(self.content))
 
 
 @dataclass(slots=True)
-class Course:
+class LoopCourse:
     """All rounds and how it ended: confirmed, needs_sensor, not_separable, not_runnable or rounds_used_up."""
 
     rounds: list[Round] = field(default_factory=list)
@@ -91,22 +92,22 @@ def resolve(
     holdouts: Sequence[Path],
     out: Path,
     run: Run,
-    tell: Tell,
+    progress: Progress,
     show: Callable[[Round], None],
     most_rounds: int = MOST_ROUNDS,
     settings: Settings | None = None,
-) -> Course:
+) -> LoopCourse:
     """Rounds of search and run until settled. `show` gets every round as it ends; results go to `out`/round-N."""
-    course, fitted, deciding = Course(), list(logs), list(holdouts)
+    course, fitted, deciding = LoopCourse(), list(logs), list(holdouts)
     for number in range(1, most_rounds + 1):
-        found = find(rig, fitted, deciding, out / f"round-{number}", tell, settings or Settings())
+        found = find(rig, fitted, deciding, out / f"round-{number}", progress, settings or Settings())
         asked = _asked(found.content)
         course.rounds.append(Round(number, found.content, tuple(fitted), tuple(deciding), asked))
         show(course.rounds[-1])
         if _ended(course, most_rounds) or asked is None:
             return course
         try:
-            new = _logged(asked, f"round-{number}", found.content["next_maneuver"]["repeats"], run, tell)
+            new = _logged(asked, f"round-{number}", found.content["next_maneuver"]["repeats"], run, progress)
             fitted, deciding = [*fitted, new[0]], [*deciding, *new[1:]]
         except LongreachError as refused:
             course.outcome, course.why = "not_runnable", f"{asked.label}: {refused}"
@@ -114,7 +115,7 @@ def resolve(
     return course
 
 
-def _logged(design: Design, name: str, deciding: int, run: Run, tell: Tell) -> list[Path]:
+def _logged(design: ManeuverDesign, name: str, deciding: int, run: Run, progress: Progress) -> list[Path]:
     """One log to fit and those that decide. Where the rig stops the run, which no model had foreseen, with half the power again."""
     uses = ["fit", *(f"decide-{k}" for k in range(1, deciding + 1))]
     try:
@@ -122,17 +123,17 @@ def _logged(design: Design, name: str, deciding: int, run: Run, tell: Tell) -> l
     except LongreachError as refused:
         if design.smaller is None:
             raise
-        tell(f"{design.label}: {refused}. Half the power.")
-        return _logged(design.smaller, f"{name}-smaller", deciding, run, tell)
+        progress(f"{design.label}: {refused}. Half the power.")
+        return _logged(design.smaller, f"{name}-smaller", deciding, run, progress)
 
 
-def first_designs(rig: Rig) -> tuple[Design, Design]:
+def first_designs(rig: Rig) -> tuple[ManeuverDesign, ManeuverDesign]:
     """Two different maneuvers this rig can run: the shipped ones where they fit, else forms made for its first joint.
 
     ManeuverError when the rig allows no two.
     """
     forms = designs(rig, [next(iter(rig.joints))], thorough=False)
-    wanted = [*map(Design, FIRST), *(d for d in forms if d.name == "fast_strokes"), *(d for d in forms if d.name == "staircase")]
+    wanted = [*map(ManeuverDesign, FIRST), *(d for d in forms if d.name == "fast_strokes"), *(d for d in forms if d.name == "staircase")]
     possible = [design for design in wanted if _runs(rig, design)]
     names = list(dict.fromkeys(design.name for design in possible))
     if len(names) < 2:
@@ -141,7 +142,7 @@ def first_designs(rig: Rig) -> tuple[Design, Design]:
     return first, second
 
 
-def _runs(rig: Rig, design: Design) -> bool:
+def _runs(rig: Rig, design: ManeuverDesign) -> bool:
     try:
         planned(rig, design.content)
     except LongreachError:
@@ -149,15 +150,15 @@ def _runs(rig: Rig, design: Design) -> bool:
     return True
 
 
-def _asked(content: dict[str, Any]) -> Design | None:
+def _asked(content: dict[str, Any]) -> ManeuverDesign | None:
     """The maneuver to run next, if running one would help."""
     proposal = content["next_maneuver"]
     if not proposal or proposal["sensor"] or not proposal["repeats"]:
         return None
-    return Design(proposal["name"], proposal["parameters"])
+    return ManeuverDesign(proposal["name"], proposal["parameters"])
 
 
-def _ended(course: Course, most_rounds: int) -> bool:
+def _ended(course: LoopCourse, most_rounds: int) -> bool:
     """Sets the outcome when the last round is the end."""
     last = course.rounds[-1]
     proposal = last.content["next_maneuver"]

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from config.errors import ConfigError, LongreachError
+from config.progress import Progress
 from gap.executor import each, executor
 from gap.find import find
 
-Tell = Callable[[str], None]
-
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class StudyCase:
     """One search of a study. `name` is its folder's name; paths must mean the same to every worker."""
 
     name: str
@@ -27,7 +26,7 @@ class Search:
     out: str
 
 
-def searches(rig: str, pairs: Sequence[tuple[Path, Path]], out: Path) -> list[Search]:
+def searches(rig: str, pairs: Sequence[tuple[Path, Path]], out: Path) -> list[StudyCase]:
     """One search a pair (log to fit, log that decides), named after the fitted log."""
     names = [fit.stem for fit, _ in pairs]
     twice = {name for name in names if names.count(name) > 1}
@@ -36,12 +35,12 @@ def searches(rig: str, pairs: Sequence[tuple[Path, Path]], out: Path) -> list[Se
         raise ConfigError("two pairs would write to one folder", value=", ".join(sorted(twice)), where="--pair", next_step=advice)
     here = str(Path(rig).resolve()) if Path(rig).exists() else rig
     return [
-        Search(name, here, (str(fit.resolve()),), (str(held.resolve()),), str((out / name).resolve()))
+        StudyCase(name, here, (str(fit.resolve()),), (str(held.resolve()),), str((out / name).resolve()))
         for name, (fit, held) in zip(names, pairs, strict=True)
     ]
 
 
-def run_search(search: Search) -> dict[str, Any]:
+def run_search(search: StudyCase) -> dict[str, Any]:
     """One task: findings of one search, or why there are none. Writes into its own folder only."""
     try:
         found = find(search.rig, [Path(p) for p in search.logs], [Path(p) for p in search.holdouts], Path(search.out), _silent)
@@ -50,14 +49,16 @@ def run_search(search: Search) -> dict[str, Any]:
     return {"name": search.name} | found.content
 
 
-def run_study(todo: Sequence[Search], out: Path, tell: Tell, workers: int | None = None, dask: str | None = None) -> list[dict[str, Any]]:
+def run_study(
+    todo: Sequence[StudyCase], out: Path, progress: Progress, workers: int | None = None, dask: str | None = None
+) -> list[dict[str, Any]]:
     """Run all searches; rows in the order of `todo`, also written to `out`/study.json."""
     out.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, Any]] = [{}] * len(todo)
     with executor(workers, dask) as pool:
         for done, (number, row) in enumerate(each(pool, run_search, todo), 1):
             rows[number] = row
-            tell(f"{done} of {len(todo)}: {line(row)}")
+            progress(f"{done} of {len(todo)}: {line(row)}")
     part = out / f".study.json.{os.getpid()}"
     part.write_text(json.dumps(rows, indent=2) + "\n")
     os.replace(part, out / "study.json")

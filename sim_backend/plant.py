@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from config.errors import PlantError
-from config.rig import Rig
-from sim_backend import compile_cache, kernel, servo_run
-from sim_backend.layout import D_STRIDE, DIFFERENTIAL, J_START, J_STRIDE, SIGNALS, SLOTS, STATES, C, D, H, J, X
-from sim_backend.parameters import Parameters
-from sim_backend.sensors import raw_counts, start_sensors
-from sim_backend.work import SIGNAL_START, WORK, scratch
+from config.schema.rig import Rig
+from sim_backend.kernel import kernel, servo_run
+from sim_backend.kernel.parameters import Parameters
+from sim_backend.memory import compile_cache
+from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, J_START, J_STRIDE, SIGNALS, SLOTS, STATES, C, D, H, J, X
+from sim_backend.memory.work import SIGNAL_START, WORK, scratch
+from sim_backend.physics.sensors import raw_counts, start_sensors
 
 _SETTLE_S = 2.0
 _SETTLE_PERIOD_S = 0.01

@@ -2,6 +2,7 @@
 
 destdir="" prefix=/opt/longreach python=/usr/bin/python3 from_venv=""
 unit=/etc/systemd/system/longreachd.service
+reports=/etc/systemd/system/longreach-reports.service
 sysusers=/etc/sysusers.d/longreach.conf
 tmpfiles=/etc/tmpfiles.d/longreach.conf
 udev=/etc/udev/rules.d/70-longreach.rules
@@ -37,8 +38,11 @@ check_prefix() {
   [ ! -e "$here" ] || [ -e "$here/bin/longreachd" ] || refuse "$here exists and is no longreach." "Give another --prefix, or move it away."
 }
 
-# Its child processes are started from the installed files; they must not change under it.
+# Their child processes are started from the installed files; they must not change under them.
 check_stopped() {
-  [ -n "$destdir" ] || ! systemd_runs || ! systemctl --quiet is-active longreachd ||
+  [ -z "$destdir" ] && systemd_runs || return 0
+  ! systemctl --quiet is-active longreachd ||
     refuse "longreachd is running." "Stop it first, when the arm may stop: systemctl stop longreachd"
+  ! systemctl --quiet is-active longreach-reports ||
+    refuse "longreach-reports is running." "Stop it first: systemctl stop longreach-reports"
 }

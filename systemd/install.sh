@@ -3,6 +3,7 @@
 # kept, and the installed environment is replaced only when the new one is complete. Exit status: 0 done, 1 refused, 2 wrong usage.
 set -euo pipefail
 umask 022
+unset PYTHONPYCACHEPREFIX PYTHONDONTWRITEBYTECODE # compiled modules belong into the installed environment, and nowhere else
 here=$(cd "$(dirname "$0")" && pwd)
 source "$here/common.sh"
 
@@ -109,7 +110,8 @@ keep_or_install() {
 
 install_files() {
   install_file longreachd.service "$unit"
-  sed -i "s|/opt/longreach/|$prefix/|g" "$destdir$unit"
+  install_file longreach-reports.service "$reports"
+  sed -i "s|/opt/longreach/|$prefix/|g" "$destdir$unit" "$destdir$reports"
   install_file sysusers.d/longreach.conf "$sysusers"
   install_file tmpfiles.d/longreach.conf "$tmpfiles"
   install_file udev/70-longreach.rules "$udev"
@@ -125,7 +127,9 @@ activate() {
   systemd-sysusers "$sysusers"
   systemd-tmpfiles --create "$tmpfiles"
   if systemd_runs; then systemctl daemon-reload; fi
-  if command -v udevadm >/dev/null; then udevadm control --reload 2>/dev/null || true; fi
+  if command -v udevadm >/dev/null; then
+    { udevadm control --reload && udevadm trigger --sysname-match=cpu_dma_latency; } 2>/dev/null || true
+  fi
 }
 
 next_step() {
@@ -134,6 +138,7 @@ longreach is installed. Next:
   1. put your rig into $rig (now: $(sed -n 's/^name: *//p' "$rig"), simulated) and try: longreach check $rig
   2. usermod -aG longreach SOMEBODY        operators: they may use the socket and read the logs
   3. systemctl enable --now longreachd     it comes up disarmed
+  4. systemctl enable --now longreach-reports   if you want a page of every run and fault beside its log
 TEXT
 }
 

@@ -16,8 +16,8 @@ done
 check_root "uninstalling removes $prefix and files in /etc" "Run \`sudo make uninstall\`."
 check_prefix
 check_stopped
-if [ -z "$destdir" ] && systemd_runs; then systemctl --quiet disable longreachd 2>/dev/null || true; fi
-for file in "$unit" "$sysusers" "$tmpfiles" "$udev"; do
+if [ -z "$destdir" ] && systemd_runs; then systemctl --quiet disable longreachd longreach-reports 2>/dev/null || true; fi
+for file in "$unit" "$reports" "$sysusers" "$tmpfiles" "$udev"; do
   rm -f "$destdir$file" && echo "  removed $destdir$file"
 done
 if [ "$(readlink "$destdir$command" || true)" = "$prefix/bin/longreach" ]; then

@@ -6,8 +6,10 @@ from math import degrees
 from typing import Any
 
 from config.errors import PlantError
-from config.plant import Plant
-from config.rig import Rig
+from config.schema.plant import Plant
+from config.schema.rig import Rig
+
+ROTARY, PRISMATIC = "rotary", "prismatic"  # the joints of the paper's arm
 
 
 def plant_of(rig: Rig) -> Plant:

@@ -9,24 +9,23 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from config.errors import EXIT_REFUSED, DaemonError
-from daemon.cli.check_table import console
 from daemon.cli.connection import add_json_option
 
 if TYPE_CHECKING:
-    from daemon.faults.fault import Fault
+    from daemon.faults.fault import Fault, FaultRow
 
 _EPILOG = """\
 Exit status 1 when a fault does not end as it must within its limit. Nothing of a running daemon or of a rig is touched: every trial has a
 simulated rig, a directory and, where it needs one, a daemon of its own. Faults in the twin need a network namespace (root), and are
-skipped with the reason where none can be made. See docs/faults.md.
+skipped with the reason where none can be made. See docs/results/faults.md.
 """
 
 
-def register(commands: Any) -> None:
-    parser = commands.add_parser("faults", help="inject faults into the simulated rig and measure the time to safe", epilog=_EPILOG)
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.epilog = _EPILOG
     parser.add_argument("--trials", type=int, default=20, metavar="N", help="trials of each fault that the loop sees (default 20)")
     parser.add_argument("--slow-trials", type=int, metavar="N", help="trials of each of the others (default 5, --quick 1)")
     parser.add_argument("--quick", action="store_true", help="2 trials of each fault, 1 on the wall clock")
@@ -41,24 +40,11 @@ def register(commands: Any) -> None:
 
 
 def _faults(arguments: argparse.Namespace) -> int:
-    from daemon.faults import kept, matrix, report  # here, because the simulation would slow down every other command
-    from daemon.faults.fault import Where
-    from daemon.faults.process_bench import ProcessBench
-    from daemon.faults.twin_bench import TwinBench
+    from daemon.cli.shown.rich_console import console
+    from daemon.faults import report
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # an end with its cleaning up, as by Ctrl-C
-    trials = matrix.QUICK_TRIALS if arguments.quick else arguments.trials
-    slow = arguments.slow_trials or (1 if arguments.quick else matrix.SLOW_TRIALS)
-    numbers = {Where.LOOP: trials, Where.PROCESSES: slow, Where.TWIN: slow}
-    rows = []
-    with ProcessBench() as processes, TwinBench() as twin:
-        chosen = _chosen(matrix.all_faults(processes, twin), arguments)
-        before = kept.read(arguments.keep) if arguments.keep else {}
-        for row in matrix.run_matrix(chosen, numbers, arguments.median, before):
-            rows.append(row)
-            print(f"{'ok' if row.ok else 'NO'}  {'  '.join(report.cells(row))}", file=sys.stderr, flush=True)
-            if arguments.keep:
-                kept.add(arguments.keep, row)
+    rows = _measured(arguments)
     if arguments.json:
         print(json.dumps([row.as_dict() for row in rows]))
     else:
@@ -66,6 +52,28 @@ def _faults(arguments: argparse.Namespace) -> int:
     if arguments.page:
         arguments.page.write_text(report.page(rows, _command(arguments)), encoding="utf-8")
     return 0 if all(row.ok for row in rows) else EXIT_REFUSED
+
+
+def _measured(arguments: argparse.Namespace) -> list[FaultRow]:
+    """The chosen rows of the matrix, each shown and kept as it is done."""
+    from daemon.faults import matrix, report, trial_file
+    from daemon.faults.benches.process_bench import ProcessBench
+    from daemon.faults.benches.twin_bench import TwinBench
+    from daemon.faults.fault import FaultPlace
+
+    trials = matrix.QUICK_TRIALS if arguments.quick else arguments.trials
+    slow = arguments.slow_trials or (1 if arguments.quick else matrix.SLOW_TRIALS)
+    numbers = {FaultPlace.LOOP: trials, FaultPlace.PROCESSES: slow, FaultPlace.TWIN: slow}
+    rows = []
+    with ProcessBench() as processes, TwinBench() as twin:
+        chosen = _chosen(matrix.all_faults(processes, twin), arguments)
+        before = trial_file.read(arguments.keep) if arguments.keep else {}
+        for row in matrix.run_matrix(chosen, numbers, arguments.median, before):
+            rows.append(row)
+            print(f"{'ok' if row.ok else 'NO'}  {'  '.join(report.cells(row))}", file=sys.stderr, flush=True)
+            if arguments.keep:
+                trial_file.add(arguments.keep, row)
+    return rows
 
 
 def _chosen(faults: Sequence[Fault], arguments: argparse.Namespace) -> list[Fault]:

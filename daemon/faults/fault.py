@@ -23,7 +23,7 @@ class Until(StrEnum):
     RENEWED = "outputs renewed"  # nothing had to be made safe: the longest time for which the outputs were not renewed
 
 
-class Where(StrEnum):
+class FaultPlace(StrEnum):
     """Where a fault is injected, and so what it takes to measure it."""
 
     LOOP = "loop"  # the daemon's own loop in lockstep
@@ -32,7 +32,7 @@ class Where(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class FaultTrial:
     """One injection. `time_ms` is infinite when what was waited for did not come about."""
 
     time_ms: float
@@ -41,30 +41,37 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
+class Expected:
+    """What must come of a fault: a reaction that contains this text, and the end that is waited for within `limit_ms`."""
+
+    reaction: str
+    until: Until
+    limit_ms: float
+
+
+@dataclass(frozen=True, slots=True)
 class Fault:
-    """`expected` stands in the reaction; `run(chance, directory)` makes one trial. `limit_ms` is for the time; `began_limit_ms`, where
+    """`run(chance, directory)` makes one trial. `limit_ms` is for the time; `began_limit_ms`, where
     it is given, for the beginning of the reaction."""
 
     name: str
     group: str
-    expected: str
-    until: Until
-    limit_ms: float
-    run: Callable[[Random, Path], Trial]
-    where: Where = Where.LOOP
+    expected: Expected
+    run: Callable[[Random, Path], FaultTrial]
+    where: FaultPlace = FaultPlace.LOOP
     impossible: str = ""  # why it cannot be injected here; then it is skipped
     began_limit_ms: float | None = None
 
 
 @dataclass(slots=True)
-class Row:
+class FaultRow:
     """All trials of one fault. Ok: every one of them had the expected reaction within the limits.
 
     `by_median`: more than half of them had, and the median time is within the limit; for a machine that others use too.
     """
 
     fault: Fault
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[FaultTrial] = field(default_factory=list)
     by_median: bool = False
 
     @property
@@ -76,7 +83,7 @@ class Row:
         """That of the first trial that went wrong, else of the first."""
         if self.skipped:
             return f"skipped: {self.fault.impossible}"
-        wrong = [trial for trial in self.trials if self.fault.expected not in trial.reaction]
+        wrong = [trial for trial in self.trials if self.fault.expected.reaction not in trial.reaction]
         return (wrong or self.trials)[0].reaction
 
     @property
@@ -97,10 +104,11 @@ class Row:
         good = sum(map(self._is_good, self.trials))
         return self.skipped or (2 * good > len(self.trials) if self.by_median else good == len(self.trials) > 0)
 
-    def _is_good(self, trial: Trial) -> bool:
+    def _is_good(self, trial: FaultTrial) -> bool:
         limit = self.fault.began_limit_ms
         began = limit is None or (trial.reacted_ms is not None and trial.reacted_ms <= limit)
-        return self.fault.expected in trial.reaction and began and trial.time_ms <= self.fault.limit_ms
+        expected = self.fault.expected
+        return expected.reaction in trial.reaction and began and trial.time_ms <= expected.limit_ms
 
     def as_dict(self) -> dict[str, Any]:
         """As `--json` prints it; a time that never came is null."""
@@ -109,10 +117,10 @@ class Row:
             "group": self.fault.group,
             "where": str(self.fault.where),
             "reaction": self.reaction,
-            "until": str(self.fault.until),
+            "until": str(self.fault.expected.until),
             "time_to_safe_ms": {"median": _finite(self.median_ms), "worst": _finite(self.worst_ms)},
             "reaction_began_ms": self.worst_reacted_ms,
-            "limit_ms": self.fault.limit_ms,
+            "limit_ms": self.fault.expected.limit_ms,
             "trials": len(self.trials),
             "skipped": self.skipped,
             "ok": self.ok,

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from daemon.faults.fault import SEEN_MS, Fault, Until
-from daemon.faults.lockstep_bench import Inject, Scene, loaded_rig, lockstep_trial
+from daemon.faults.benches.lockstep_bench import Inject, LockstepTarget, loaded_rig, lockstep_trial
+from daemon.faults.fault import SEEN_MS, Expected, Fault, Until
 from daemon.faults.sensor_faults import STOP_MS
-from daemon.modes import Event
+from daemon.modes.mode_machine import OperatorAction
 
 LONG_STALL_MS = 100.0
-DEVICE_MARGIN_MS = 10.0  # a period of the loop, and this program's own looks
+DEVICE_MARGIN_MS = 10.0  # a period of the loop, and this program's own sampling
 
 
 def device_limit_ms() -> float:
-    """When nobody writes any more: the device's own time-out."""
+    """Without any more writes: the device's own time-out."""
     return max(device.timeout_s for device in loaded_rig().rig.devices.values()) * 1e3 + DEVICE_MARGIN_MS
 
 
 def loop_faults() -> Iterator[Fault]:
     yield from _driver_faults()
     yield from _stalls()
-    yield _fault("e-stop", "operator", "fault: e-stop", Until.SAFE, SEEN_MS, _post(Event.ESTOP))
-    yield _fault("operator disarms in motion", "operator", "disarmed", Until.SAFE, SEEN_MS, _post(Event.DISARM))
-    yield _fault("operator stop", "operator", "controlled stop", Until.REST, STOP_MS, _post(Event.STOP))
+    yield _fault("e-stop", "operator", "fault: e-stop", Until.SAFE, SEEN_MS, _post(OperatorAction.ESTOP))
+    yield _fault("operator disarms in motion", "operator", "disarmed", Until.SAFE, SEEN_MS, _post(OperatorAction.DISARM))
+    yield _fault("operator stop", "operator", "controlled stop", Until.REST, STOP_MS, _post(OperatorAction.STOP))
     yield _fault("e-stop while the device refuses to be safe", "operator", "fault: e-stop", Until.SAFE, device_limit_ms(), _unsafe_estop)
 
 
@@ -49,16 +49,16 @@ def _stalls() -> Iterator[Fault]:
 
 
 def _fault(name: str, group: str, expected: str, until: Until, limit_ms: float, inject: Inject) -> Fault:
-    return Fault(name, group, expected, until, limit_ms, lockstep_trial(inject, until, "rotary"))
+    return Fault(name, group, Expected(expected, until, limit_ms), lockstep_trial(inject, until, "rotary"))
 
 
-def _post(event: Event) -> Inject:
-    return lambda scene: scene.rig.post(event)
+def _post(action: OperatorAction) -> Inject:
+    return lambda target: target.rig.post(action)
 
 
 def _raise_in(*verbs: str) -> Inject:
-    def inject(scene: Scene) -> None:
-        scene.device.before |= dict.fromkeys(verbs, _refuse)
+    def inject(target: LockstepTarget) -> None:
+        target.device.before |= dict.fromkeys(verbs, _refuse)
 
     return inject
 
@@ -67,35 +67,35 @@ def _refuse() -> None:
     raise OSError("the device does not answer")
 
 
-def _raise_once(scene: Scene) -> None:
+def _raise_once(target: LockstepTarget) -> None:
     def refuse_once() -> None:
-        del scene.device.before["read"]
+        del target.device.before["read"]
         _refuse()
 
-    scene.device.before["read"] = refuse_once
+    target.device.before["read"] = refuse_once
 
 
-def _unsafe_estop(scene: Scene) -> None:
-    scene.device.before["safe"] = _refuse
-    scene.rig.post(Event.ESTOP)
+def _unsafe_estop(target: LockstepTarget) -> None:
+    target.device.before["safe"] = _refuse
+    target.rig.post(OperatorAction.ESTOP)
 
 
 def _stall_once(length_ms: float) -> Inject:
-    def inject(scene: Scene) -> None:
+    def inject(target: LockstepTarget) -> None:
         def stall() -> None:
-            del scene.device.before["read"]
-            scene.stall(length_ms)
+            del target.device.before["read"]
+            target.stall(length_ms)
 
-        scene.device.before["read"] = stall
+        target.device.before["read"] = stall
 
     return inject
 
 
 def _stall_always(length_ms: float) -> Inject:
-    def always(scene: Scene) -> Callable[[], None]:
-        return lambda: scene.stall(length_ms)
+    def always(target: LockstepTarget) -> Callable[[], None]:
+        return lambda: target.stall(length_ms)
 
-    def inject(scene: Scene) -> None:
-        scene.device.before["read"] = always(scene)
+    def inject(target: LockstepTarget) -> None:
+        target.device.before["read"] = always(target)
 
     return inject

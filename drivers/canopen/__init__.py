@@ -1,1 +1,4 @@
-"""CANopen devices: encoders (CiA 406), valves (CiA 408), analogue I/O (CiA 401) on one shared bus."""
+"""CANopen devices: the bus, a node's set-up, and the encoder (CiA 406), valve (CiA 408) and analogue module (CiA 401) on it.
+
+Imports `contract` and `proof` of drivers.
+"""

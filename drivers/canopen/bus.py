@@ -17,10 +17,11 @@ from typing import Any, NoReturn, TypeVar
 
 import can
 
-from config.canopen_options import CanBus
 from config.errors import DriverError
-from config.multicast import refuse_leaking_multicast
+from config.options.canopen_options import CanBus
+from config.options.multicast import refuse_leaking_multicast
 from drivers.canopen.counts import BusState
+from drivers.link_claim import LinkClaim
 
 SYNC_ID = 0x080
 HEARTBEAT_ID = 0x700
@@ -95,7 +96,7 @@ class CanopenBus:
         self._drain(time.monotonic_ns())
 
     def run(self, steps: Steps[T]) -> T:
-        """Cycles of our own outside the loop, one step in each, to the end of the steps: for activation and the way out only."""
+        """Run the steps to their end outside the loop, one in every cycle made here: only for activation and shutdown."""
         while True:
             started = time.monotonic_ns()
             self._send_heartbeat_if_due(started)
@@ -189,21 +190,30 @@ class CanopenBus:
 
 
 class _Shared:
-    """A bus and how many devices have it open."""
+    """A bus and how many devices have it open. No other process of longreach may be its master meanwhile."""
 
-    def __init__(self, bus: CanopenBus) -> None:
-        self.bus = bus
+    def __init__(self, settings: CanBus, heartbeat_period_s: float) -> None:
+        self.claim = LinkClaim(settings.link)
+        try:
+            self.bus = CanopenBus(open_can(settings), settings, heartbeat_period_s)
+        except DriverError:
+            self.claim.release()
+            raise
         self.users = 0
+
+    def shutdown(self) -> None:
+        self.bus.shutdown()
+        self.claim.release()
 
 
 _shared: dict[tuple[str, str], _Shared] = {}
 
 
 def acquire(settings: CanBus, heartbeat_period_s: float) -> CanopenBus:
-    """The bus of these settings, opened by its first user. DriverError when it cannot be opened."""
+    """The bus of these settings, opened by its first user. DriverError when it cannot be opened or another process has it."""
     entry = _shared.get(settings.key)
     if entry is None:
-        entry = _shared[settings.key] = _Shared(CanopenBus(_open(settings), settings, heartbeat_period_s))
+        entry = _shared[settings.key] = _Shared(settings, heartbeat_period_s)
     entry.users += 1
     return entry.bus
 
@@ -214,10 +224,11 @@ def release(bus: CanopenBus) -> None:
     entry.users -= 1
     if entry.users == 0:
         del _shared[bus.settings.key]
-        bus.shutdown()
+        entry.shutdown()
 
 
-def _open(settings: CanBus) -> can.BusABC:
+def open_can(settings: CanBus) -> can.BusABC:
+    """python-can's bus. DriverError when it cannot be opened, or when frames of udp_multicast would leave this machine."""
     if settings.interface == "udp_multicast":
         refuse_leaking_multicast(settings.channel)
     # The bit rate of a SocketCAN interface is set by the network configuration; python-can ignores it there.

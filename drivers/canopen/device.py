@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from config.canopen_options import CanopenOptions
 from config.errors import DriverError
+from config.options.canopen_options import CanopenOptions
+from config.options.device_options import RigNames
 from drivers.canopen.bus import HEARTBEAT_ID, OPERATIONAL, CanopenBus, Steps, acquire, release
 from drivers.canopen.counts import BUS_COUNTS, DEVICE_COUNTS, counts_of
 from drivers.canopen.frame_count import FrameCount
@@ -22,15 +23,13 @@ STALE_NS = 2_000_000  # two cycles at 1 kHz: a frame that answers the last SYNC 
 
 
 class CanopenDevice:
-    """Base of the drivers. A subclass says what is written (`_settings`), which frame it listens to, and what a frame means.
+    """Base of the drivers. A subclass says what is written (`_set_up`), which frame it listens to, and what a frame means.
 
     `received` counts its frames, `late` and `lost` those that did not come when they were due (see frame_count), `stale` the cycles with
     values older than 2 ms (times `every_syncs`), `malformed` its frames that could not be read, `heard_ns` the arrival of the last one.
     `emergency` is the code of the last EMCY (0: none, or over).
     """
 
-    inputs: tuple[str, ...] = ()
-    outputs: tuple[str, ...] = ()
     tpdo = 1  # number of the process data frame it sends
     every_syncs = 1  # and how often
 
@@ -38,6 +37,8 @@ class CanopenDevice:
         if lockstep:
             raise DriverError("a CAN device lives in real time", where=f"devices.{name}", next_step="Use the wall clock, or driver: sim.")
         self.name = name
+        self.inputs = tuple(options.input_channels(RigNames()))
+        self.outputs = tuple(options.output_channels(RigNames()))
         self.node = options.node
         self._options = options
         self._heartbeat_period_s = heartbeat_period_s
@@ -68,7 +69,7 @@ class CanopenDevice:
         self._bus = bus
 
     def configure(self) -> None:
-        """Every setting written, read back and compared; then the node is started and its heartbeat says that it runs."""
+        """Write every setting, read it back and compare; then start the node and wait for the heartbeat that confirms it."""
         bus = self._opened()
         self._configured = False
         with NodeSetup(bus.can_bus, self.node, self.name) as setup:
@@ -138,7 +139,7 @@ class CanopenDevice:
         self._frames.cycle(self._came)
         self._came = 0
 
-    def _answers(self, done: Callable[[], bool], limit_s: float, tell: Callable[[], None]) -> Steps[bool]:
+    def _answers(self, done: Callable[[], bool], limit_s: float, send_command: Callable[[], None]) -> Steps[bool]:
         """Tell the device something until a frame makes `done()` true, but not the one frame that may answer an earlier SYNC."""
         self._opened().receive_waiting()
         first = self.received + 2
@@ -146,12 +147,12 @@ class CanopenDevice:
         while not (self.received >= first and done()):
             if time.monotonic_ns() > end:
                 return False
-            tell()
+            send_command()
             yield
         return True
 
     def _frame_quality(self) -> Quality:
-        """By the frame's coming alone: one missing frame may be lateness, several are a silent device."""
+        """From the arrival of frames alone: one missing frame may be late, several mean a silent device."""
         if self._is_silent or not self.received:
             return Quality.BAD
         return Quality.GOOD if self._frames.missing < self.every_syncs else Quality.UNCERTAIN

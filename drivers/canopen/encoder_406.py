@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import struct
 
-from config.canopen_options import EncoderOptions, canopen_options, our_heartbeat_period_s
-from config.rig import Device, Rig
+from config.options.canopen_options import EncoderOptions
+from config.options.canopen_rig import our_heartbeat_period_s
+from config.options.driver_options import device_options
+from config.schema.rig import Device, Rig
 from drivers.canopen.device import CanopenDevice
 from drivers.canopen.node_setup import ON_SYNC, U32, NodeSetup, Setting, pdo_settings
 from drivers.contract import Quality
@@ -15,16 +17,14 @@ _MAPPING = (0x60040020, 0x60300110, 0x65030010)
 
 
 def create(name: str, device: Device, rig: Rig, lockstep: bool) -> EncoderDriver:
-    """The driver factory (entry point canopen_encoder_406)."""
-    options = canopen_options(name, device)
+    """The driver factory (`driver: canopen_encoder_406` in a rig file)."""
+    options = device_options(name, device)
     assert isinstance(options, EncoderOptions)
     return EncoderDriver(name, options, our_heartbeat_period_s(rig, options.bus), lockstep)
 
 
 class EncoderDriver(CanopenDevice):
     """Inputs `position` and `speed` in counts. An alarm bit (for example: position error, no magnet) makes both BAD."""
-
-    inputs = ("position", "speed")
 
     def __init__(self, name: str, options: EncoderOptions, heartbeat_period_s: float, lockstep: bool) -> None:
         super().__init__(name, options, heartbeat_period_s, lockstep)

@@ -1,9 +1,9 @@
-"""Which frames of a device came in time, which late and which never; by counting, because a frame does not say which SYNC it answers.
+"""Which frames of a device came in time, late or never. Found by counting: a frame does not say which SYNC it answers.
 
-A device answers its SYNCs in their order. So a frame that is owed has come late when two come in one cycle, and so have those that came
-while it was owed, each in the place of the next. When as many cycles had their frame as the device may be silent for, and no second one
-came, the frame was lost, and those that came meanwhile were in time. The verdict is therefore given afterwards: an answer that is late
-for good, by whole cycles, cannot be told from one that was lost once.
+A device answers its SYNCs in order. While a frame is owed, each frame that comes counts as the one before it. A cycle with two frames
+settles the debt: the frame that was owed has come late, and so have all that came meanwhile. When as many cycles had one frame as the
+device may be silent for, the owed frame was lost, and those that came meanwhile were in time. So the verdict comes afterwards, and an
+answer that becomes late for good, by whole cycles, looks like one lost frame.
 """
 
 from __future__ import annotations

@@ -13,8 +13,10 @@ from collections.abc import Sequence
 
 import can
 
-from config.canopen_options import IoOptions, canopen_options, our_heartbeat_period_s
-from config.rig import Device, Rig
+from config.options.canopen_options import IoOptions
+from config.options.canopen_rig import our_heartbeat_period_s
+from config.options.driver_options import device_options
+from config.schema.rig import Device, Rig
 from drivers.canopen.bus import OPERATIONAL, Steps
 from drivers.canopen.node_setup import AT_ONCE, I16, I32, U8, NodeSetup, Setting, pdo_settings, supervision
 from drivers.canopen.output_device import ACTIVATE_S, OutputDevice, Silence
@@ -31,8 +33,8 @@ _OUTPUT, _INPUT = 0x6411, 0x6401
 
 
 def create(name: str, device: Device, rig: Rig, lockstep: bool) -> IoDriver:
-    """The driver factory (entry point canopen_io_401)."""
-    options = canopen_options(name, device)
+    """The driver factory (`driver: canopen_io_401` in a rig file)."""
+    options = device_options(name, device)
     assert isinstance(options, IoOptions)
     return IoDriver(name, options, device.timeout_s, our_heartbeat_period_s(rig, options.bus), lockstep)
 
@@ -43,8 +45,6 @@ class IoDriver(OutputDevice):
     tpdo = 2
 
     def __init__(self, name: str, options: IoOptions, timeout_s: float, heartbeat_period_s: float, lockstep: bool) -> None:
-        self.inputs = tuple(f"input_{channel}" for channel in range(1, options.inputs + 1))
-        self.outputs = tuple(f"output_{channel}" for channel in range(1, options.outputs + 1))
         self.every_syncs = options.every_syncs
         super().__init__(name, options, timeout_s, heartbeat_period_s, lockstep, options.failed_cycles)
         self._io = options
@@ -66,10 +66,10 @@ class IoDriver(OutputDevice):
 
     def _command(self, values: Sequence[float]) -> None:
         scale = self._io.counts_per_volt
-        self._tell([min(max(round(scale * volts), -_LARGEST), _LARGEST) for volts in values])
+        self._send_command([min(max(round(scale * volts), -_LARGEST), _LARGEST) for volts in values])
 
-    def _tell_safe(self) -> None:
-        self._tell(self._zeros)
+    def _send_safe_command(self) -> None:
+        self._send_command(self._zeros)
 
     def _is_right(self) -> bool:
         return self.nmt_state == OPERATIONAL and not self._is_silent
@@ -112,11 +112,12 @@ class IoDriver(OutputDevice):
         self._accept(stamp_ns)
 
     def _assess(self) -> None:
-        quality = self._frame_quality() if self.nmt_state == OPERATIONAL else Quality.BAD
+        """In its own proof a module leaves OPERATIONAL as it should; whether its last values still count, their age tells then."""
+        quality = self._frame_quality() if self.nmt_state == OPERATIONAL or self._proving else Quality.BAD
         for sample in self._samples:
             sample.quality = quality
 
-    def _tell(self, counts: Sequence[int]) -> None:
+    def _send_command(self, counts: Sequence[int]) -> None:
         if not counts:
             return
         self._command_frame.pack_into(self._message.data, 0, *counts)
@@ -124,8 +125,8 @@ class IoDriver(OutputDevice):
 
     def _hears_module(self, counts: int) -> Steps[bool]:
         """Set every output to `counts` until a frame of inputs shows that the module runs."""
-        told = [counts] * len(self.outputs)
-        return self._answers(lambda: True, ACTIVATE_S, lambda: self._tell(told))
+        commanded = [counts] * len(self.outputs)
+        return self._answers(lambda: True, ACTIVATE_S, lambda: self._send_command(commanded))
 
     def _restart(self, counts: int) -> Steps[None]:
         """Back to OPERATIONAL; the outputs are told `counts`."""
@@ -138,10 +139,10 @@ class IoDriver(OutputDevice):
         name = f"{self.name}: outputs safe after {silence}"
         limit_s = self._timeout_s + REACTION_S
         counts = round(self._io.proof_voltage_V * self._io.counts_per_volt)
-        told = [counts] * len(self.outputs)
+        commanded = [counts] * len(self.outputs)
         yield from self._restart(counts)
-        if (yield from self._answers(lambda: self._terminals_show(counts), ACTIVATE_S, lambda: self._tell(told))):
-            took_s = yield from self._fall_silent(silence, self._has_reacted, limit_s, lambda: self._tell(told))
+        if (yield from self._answers(lambda: self._terminals_show(counts), ACTIVATE_S, lambda: self._send_command(commanded))):
+            took_s = yield from self._fall_silent(silence, self._has_reacted, limit_s, lambda: self._send_command(commanded))
             yield from self._read_terminals()
             result = proof(name, took_s if self._terminals_show(0) else None, limit_s, f"{self._seen()}{self._inputs_text()}")
         else:

@@ -1,30 +1,24 @@
 """Setting a CANopen node up before the loop: every object is written, read back and compared; a difference refuses the device.
 
-This uses the `canopen` package, whose receiving thread runs only while a NodeSetup is entered. The loop never comes here.
+The loop never comes here.
 """
 
 from __future__ import annotations
 
 import struct
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import TypeVar
 
-import can
 import canopen
 
-from config.errors import DriverError
+from drivers.canopen.node_reader import NO_SUCH_OBJECT, NO_SUCH_SUB_INDEX, NodeReader
 
 U8, U16, U32, I8, I16, I32 = "<B", "<H", "<I", "<b", "<h", "<i"
-NO_SUCH_OBJECT, NO_SUCH_SUB_INDEX = 0x06020000, 0x06090011  # SDO abort codes
 ON_SYNC, AT_ONCE = 1, 255  # transmission types: with every SYNC; by event, and for a receive PDO as soon as it arrives
 _PDO_OFF = 1 << 31
 _COB_ID_MASK = 0xBFFFFFFF  # bit 30 (no remote frames) is the device's own business
-_LISTEN_S = 0.02
 _PDOS = 4
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +38,8 @@ def pdo_settings(
 ) -> list[Setting]:
     """Parameters and mapping of the PDO `number` (1 to 4) at its predefined identifier, in the order CiA 301 asks for.
 
-    `receive` as the node sees it. Mapped objects are index << 16 | sub-index << 8 | bits. `deadline_ms`: a receive PDO that does
-    not come for so long is a fault of the node's; None leaves the entry alone.
+    `receive` as the node sees it. Mapped objects are index << 16 | sub-index << 8 | bits. `deadline_ms`: without a receive PDO
+    for so long the node goes into its fault; None leaves the entry alone.
     """
     name = f"{'RPDO' if receive else 'TPDO'}{number}"
     parameters, maps = _pdo_indices(receive, number)
@@ -62,27 +56,11 @@ def pdo_settings(
     return [*settings, Setting(parameters, 1, cob_id, U32, f"{name} identifier", _COB_ID_MASK)]
 
 
-class NodeSetup:
+class NodeSetup(NodeReader):
     """One node while it is set up: `with NodeSetup(bus, node, name) as setup: setup.write(...)`.
 
     Raises DriverError when the node does not answer, refuses an object, or does not keep what is written.
     """
-
-    def __init__(self, can_bus: can.BusABC, node: int, where: str) -> None:
-        self._network = canopen.Network(can_bus)
-        self._network.NOTIFIER_CYCLE = _LISTEN_S
-        self._node = canopen.RemoteNode(node, canopen.ObjectDictionary())
-        self._number = node
-        self._where = where
-
-    def __enter__(self) -> NodeSetup:
-        self._network.connect()
-        self._network.add_node(self._node)
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        del self._network[self._number]
-        self._network.notifier.stop()
 
     def write(self, settings: Sequence[Setting]) -> None:
         """Write and read back, one after the other."""
@@ -100,17 +78,6 @@ class NodeSetup:
                 f"wanted {_number(setting.value)}",
                 "Is it the right device, and do its firmware and write protection allow this setting?",
             )
-
-    def read(self, index: int, sub: int, form: str) -> int:
-        """The value of an object of this form."""
-        try:
-            data = self._exchange(index, sub, lambda: self._node.sdo.upload(index, sub))
-        except canopen.SdoAbortedError as error:
-            raise self._error(f"refused to read {self._object(index, sub)}", str(error)) from error
-        size = struct.calcsize(form)
-        if len(data) < size:
-            raise self._error(f"{self._object(index, sub)} has the wrong size", f"{len(data)} bytes", f"{size} bytes")
-        return int(struct.unpack(form, data[:size])[0])
 
     def switch_off_other_pdos(self, used: Sequence[tuple[bool, int]]) -> None:
         """Every PDO the node has besides those `used` (receive, number) goes off: it would take time of the bus that is not budgeted."""
@@ -154,30 +121,6 @@ class NodeSetup:
                 return False
             raise self._error(f"refused to read {self._object(index, sub)}", str(error)) from error
         return True
-
-    def _exchange(self, index: int, sub: int, transfer: Callable[[], T]) -> T:
-        """What the transfer gives. Raises SdoAbortedError when the node refuses, DriverError when it is silent or talks nonsense."""
-        try:
-            return transfer()
-        except canopen.SdoAbortedError:
-            raise
-        except canopen.SdoCommunicationError as error:
-            raise self._silent(index, sub) from error
-        except Exception as error:  # the package unpacks whatever stands in an answer
-            what = f"the answer about {self._object(index, sub)} cannot be read"
-            raise self._error(what, f"{type(error).__name__}: {error}", next_step="Is another master talking to the node?") from error
-
-    def _object(self, index: int, sub: int) -> str:
-        return f"object 0x{index:04X} sub-index {sub}"
-
-    def _silent(self, index: int, sub: int) -> DriverError:
-        return self._error(
-            f"did not answer about {self._object(index, sub)}",
-            next_step="Check its supply, cable, node number and bit rate, and terminators.",
-        )
-
-    def _error(self, what: str, value: str = "", limit: str = "", next_step: str = "") -> DriverError:
-        return DriverError(f"node {self._number}: {what}", value=value, limit=limit, where=self._where, next_step=next_step)
 
 
 def _pdo_indices(receive: bool, number: int) -> tuple[int, int]:

@@ -13,8 +13,8 @@ from enum import StrEnum
 from math import isfinite
 from typing import NoReturn, TypeVar
 
-from config.canopen_options import CanopenOptions
 from config.errors import DriverError
+from config.options.canopen_options import CanopenOptions
 from drivers.canopen.bus import Steps
 from drivers.canopen.device import CanopenDevice
 from drivers.contract import Sample
@@ -33,7 +33,7 @@ class Silence(StrEnum):
 
 
 class OutputDevice(CanopenDevice):
-    """Base of valves and output modules. `patience` is the number of cycles in a row in which it may be other than it must."""
+    """Base of valves and output modules. `patience`: how many cycles in a row it may be in another state than commanded."""
 
     def __init__(
         self, name: str, options: CanopenOptions, timeout_s: float, heartbeat_period_s: float, lockstep: bool, patience: int
@@ -66,7 +66,7 @@ class OutputDevice(CanopenDevice):
         if not self._active:
             raise self._error("the device is not active", next_step="Call activate() before write().")
         if len(values) != len(self.outputs) or not all(map(isfinite, values)):
-            self._tell_safe()
+            self._send_safe_command()
             raise self._error(
                 f"a finite number is needed for each of {len(self.outputs)} outputs", list(values), next_step="Outputs are safe now."
             )
@@ -75,7 +75,7 @@ class OutputDevice(CanopenDevice):
         else:
             self._bad_cycles += 1
         if self._bad_cycles > self._patience:
-            self._tell_safe()
+            self._send_safe_command()
             raise self._error(
                 self._trouble(), f"{self._bad_cycles} cycles in a row", self._patience, next_step="Read the device's fault memory."
             )
@@ -84,7 +84,7 @@ class OutputDevice(CanopenDevice):
     def read(self, now_ns: int) -> Sequence[Sample]:
         samples = super().read(now_ns)
         if self._configured and not self._active and not self._proving:
-            self._tell_safe()
+            self._send_safe_command()
             self._watch_safe()
         return samples
 
@@ -94,7 +94,7 @@ class OutputDevice(CanopenDevice):
         self._active = self._proving = False
         if self._bus is None or not self._configured:
             return
-        self._tell_safe()
+        self._send_safe_command()
         if acted and self.outputs:
             self._bad_cycles = 0
             self._confirm_from = self.received + 2  # one frame may be on its way that answers an earlier SYNC
@@ -103,7 +103,7 @@ class OutputDevice(CanopenDevice):
         """safe(), waits until the device says that it is, and gives the bus back. DriverError when it does not."""
         try:
             self.safe()
-            if self._confirm_from and not self._opened().run(self._answers(self._is_safe, CLOSE_S, self._tell_safe)):
+            if self._confirm_from and not self._opened().run(self._answers(self._is_safe, CLOSE_S, self._send_safe_command)):
                 raise self._not_confirmed()
         finally:
             self._confirm_from = 0
@@ -128,19 +128,21 @@ class OutputDevice(CanopenDevice):
         self._proving = False
         return result
 
-    def _fall_silent(self, silence: Silence, reacted: Callable[[], bool], limit_s: float, tell: Callable[[], None]) -> Steps[float | None]:
+    def _fall_silent(
+        self, silence: Silence, reacted: Callable[[], bool], limit_s: float, send_command: Callable[[], None]
+    ) -> Steps[float | None]:
         """The seconds from our last sign of life to the frame that shows the device's reaction; None when it does not come."""
         bus = self._opened()
         bus.heartbeat_withheld = silence is Silence.HEARTBEAT
         last_sign_ns = bus.heartbeat_sent_ns if bus.heartbeat_withheld else time.monotonic_ns()
         give_up_ns = last_sign_ns + round(2e9 * limit_s)
         if not bus.heartbeat_withheld:
-            tell()
+            send_command()
         while not reacted():
             if time.monotonic_ns() > give_up_ns:
                 return None
             if bus.heartbeat_withheld:
-                tell()
+                send_command()
             yield
         return (self.heard_ns - last_sign_ns) * 1e-9
 
@@ -152,7 +154,7 @@ class OutputDevice(CanopenDevice):
 
     def _refuse_to_go_on(self) -> NoReturn:
         if self._configured and not (self._active or self._proving):
-            self._tell_safe()
+            self._send_safe_command()
         super()._refuse_to_go_on()
 
     @property
@@ -198,7 +200,7 @@ class OutputDevice(CanopenDevice):
         """For subclasses: send the outputs."""
         raise NotImplementedError
 
-    def _tell_safe(self) -> None:
+    def _send_safe_command(self) -> None:
         """For subclasses: send what makes it safe."""
         raise NotImplementedError
 

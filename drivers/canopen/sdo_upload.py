@@ -22,11 +22,11 @@ _EXPEDITED = 0b010_0_00_1_1  # answer with up to four bytes, their number given
 def upload(bus: CanopenBus, node: int, index: int, sub: int, limit_s: float) -> Steps[bytes]:
     """The one to four bytes of an object. DriverError when the node does not answer in time, or not with such bytes."""
     where = f"node {node}: object 0x{index:04X} sub-index {sub}"
-    request = _REQUEST.pack(_UPLOAD, index, sub)
+    request = upload_request(node, index, sub)
     answers: list[bytes] = []
     bus.route(ANSWER_ID + node, lambda data, stamp_ns: answers.append(bytes(data)))
     try:
-        bus.send(can.Message(arbitration_id=REQUEST_ID + node, is_extended_id=False, data=request))
+        bus.send(request)
         end = time.monotonic_ns() + round(1e9 * limit_s)
         while not answers:
             if time.monotonic_ns() > end:
@@ -34,7 +34,12 @@ def upload(bus: CanopenBus, node: int, index: int, sub: int, limit_s: float) -> 
             yield
     finally:
         bus.unroute(ANSWER_ID + node)
-    return _content(answers[0], request, where)
+    return _content(answers[0], bytes(request.data), where)
+
+
+def upload_request(node: int, index: int, sub: int) -> can.Message:
+    """What a node answers with the content of an object."""
+    return can.Message(arbitration_id=REQUEST_ID + node, is_extended_id=False, data=_REQUEST.pack(_UPLOAD, index, sub))
 
 
 def _content(answer: bytes, request: bytes, where: str) -> bytes:

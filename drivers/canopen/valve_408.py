@@ -11,8 +11,10 @@ from collections.abc import Sequence
 
 import can
 
-from config.canopen_options import ValveOptions, canopen_options, our_heartbeat_period_s
-from config.rig import Device, Rig
+from config.options.canopen_options import ValveOptions
+from config.options.canopen_rig import our_heartbeat_period_s
+from config.options.driver_options import device_options
+from config.schema.rig import Device, Rig
 from drivers.canopen.bus import Steps
 from drivers.canopen.node_setup import (
     AT_ONCE,
@@ -40,17 +42,14 @@ _BUS_SET_POINT, _KEEP_RUNNING = 1, 1  # device mode: set point by bus; 0x1029: s
 
 
 def create(name: str, device: Device, rig: Rig, lockstep: bool) -> ValveDriver:
-    """The driver factory (entry point canopen_valve_408)."""
-    options = canopen_options(name, device)
+    """The driver factory (`driver: canopen_valve_408` in a rig file)."""
+    options = device_options(name, device)
     assert isinstance(options, ValveOptions)
     return ValveDriver(name, options, device.timeout_s, our_heartbeat_period_s(rig, options.bus), lockstep)
 
 
 class ValveDriver(OutputDevice):
     """Output `spool`: 1 = 100 %. Inputs `spool` (16384 = 100 %) and `status`, the status word. `state` is the last state heard."""
-
-    inputs = ("spool", "status")
-    outputs = ("spool",)
 
     def __init__(self, name: str, options: ValveOptions, timeout_s: float, heartbeat_period_s: float, lockstep: bool) -> None:
         super().__init__(name, options, timeout_s, heartbeat_period_s, lockstep, options.wrong_state_cycles)
@@ -89,10 +88,10 @@ class ValveDriver(OutputDevice):
             raise self._error("the valve did not follow", self.state.name, "HOLD", next_step="Read the valve's fault memory.")
 
     def _command(self, values: Sequence[float]) -> None:
-        self._tell(ValveState.ACTIVE, round(FULL_SPOOL * min(max(values[0], -1.0), 1.0)))
+        self._send_command(ValveState.ACTIVE, round(FULL_SPOOL * min(max(values[0], -1.0), 1.0)))
 
-    def _tell_safe(self) -> None:
-        self._tell(self._safe_state, 0)
+    def _send_safe_command(self) -> None:
+        self._send_command(self._safe_state, 0)
 
     def _is_right(self) -> bool:
         return self.state is ValveState.ACTIVE and not self._is_silent
@@ -119,13 +118,13 @@ class ValveDriver(OutputDevice):
             quality = Quality.BAD
         self._spool.quality = self._status.quality = quality
 
-    def _tell(self, wanted: ValveState, set_point: int, bits: int = 0) -> None:
+    def _send_command(self, wanted: ValveState, set_point: int, bits: int = 0) -> None:
         _COMMAND.pack_into(self._message.data, 0, control_word(self.state, wanted) | bits, set_point)
         self._opened().send(self._message)
 
     def _reach(self, goals: frozenset[ValveState], wanted: ValveState, limit_s: float, bits: int = 0) -> Steps[bool]:
         """Talk to the valve until it says that it is in one of `goals`; False when it does not get there."""
-        return self._answers(lambda: self.state in goals, limit_s, lambda: self._tell(wanted, 0, bits))
+        return self._answers(lambda: self.state in goals, limit_s, lambda: self._send_command(wanted, 0, bits))
 
     def _leave_fault(self) -> Steps[None]:
         """One reset: bit R low, then high. A fault that is still there stays, and the caller sees it."""
@@ -140,8 +139,8 @@ class ValveDriver(OutputDevice):
         set_point = round(FULL_SPOOL * self._valve.proof_spool)
         wanted = ValveState.ACTIVE if set_point else self._safe_state
         yield from self._leave_fault()
-        if (yield from self._answers(lambda: self._has_opened(wanted), OPEN_S, lambda: self._tell(wanted, set_point))):
-            took_s = yield from self._fall_silent(silence, self._has_reacted, limit_s, lambda: self._tell(wanted, set_point))
+        if (yield from self._answers(lambda: self._has_opened(wanted), OPEN_S, lambda: self._send_command(wanted, set_point))):
+            took_s = yield from self._fall_silent(silence, self._has_reacted, limit_s, lambda: self._send_command(wanted, set_point))
             result = proof(name, took_s, limit_s, self._seen())
         else:
             result = not_proven(name, limit_s, f"the spool did not open to {100 * self._valve.proof_spool:g} % ({self._seen()})")

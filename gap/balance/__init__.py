@@ -1,0 +1,4 @@
+"""Equations formed from measurements alone (force, flow, link), and what makes them uneven.
+
+Imports `data`.
+"""

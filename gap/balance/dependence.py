@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from gap.balance.balances import Balance
-from gap.data.measured import Array, Measured, bridged
+from gap.data.measured import Array, Measured
+from gap.data.uniform_grid import bridged
 
 BINS = 6
 BOOTSTRAPS = 200
@@ -72,12 +73,13 @@ def _variables(log: Measured, rig: Rig) -> Iterator[tuple[str, Array]]:
         yield f"{joint}.command_V", command
         yield f"{joint}.position", position
         yield f"time since {joint} reversed", _since_reversal(velocity, log.period_s)
-        pressures = [bridged(log.channels[name].values) for name in (f"{joint}.pressure_a", f"{joint}.pressure_b") if name in log.channels]
+        names = [name for name in (f"{joint}.pressure_a", f"{joint}.pressure_b") if name in log.channels]
+        pressures = {name: bridged(log.channels[name].values) for name in names}
         if len(pressures) == 2:
-            yield f"pressure difference at {joint}", pressures[0] - pressures[1]
-            yield f"lower pressure at {joint}", np.minimum(*pressures)
-        elif pressures:
-            yield f"{joint}.pressure_a", pressures[0]
+            yield f"pressure difference at {joint}", pressures[names[0]] - pressures[names[1]]
+            yield f"lower pressure at {joint}", np.minimum(*pressures.values())
+        else:
+            yield from pressures.items()
     yield "time", log.t_s
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from gap.balance.additive import LEAST_SHARE, MOST, Curve, additive, alone
 from gap.balance.balances import Balance, balances
 from gap.balance.dependence import operating_variables, short

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from config.effects_link_sensor import SIGNAL_UNITS
-from config.plant_sensor import Sensor
-from config.rig import Rig
-from config.signals import signal_measures
+from config.schema.effect_entry import READING
+from config.schema.plant_sensor import Sensor
+from config.schema.rig import Rig
+from config.signal_names import signal_measures
 from gap.data.channel_check import quantum
 from gap.data.measured import Array, Measured
 
@@ -67,7 +67,7 @@ def coarse_steps(fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured],
         changes = sum(len(_changes(log.channels[signal].logged)) for log in holdout_logs)
         refined = _refined(fit_logs[0].channels[signal].logged, step)
         share = (sensor.noise**2 + sensor.resolution**2 / 12) / (refined**2 / 12)
-        found.append(CoarseStep(signal, refined, SIGNAL_UNITS[kinds[signal]], sensor.resolution, changes, share))
+        found.append(CoarseStep(signal, refined, READING[kinds[signal]], sensor.resolution, changes, share))
     return found
 
 

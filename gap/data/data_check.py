@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from config.errors import LogError
-from config.rig import Rig
-from gap.data.channel_check import CLIPPED, DataProblem, censored, channel_problems, quantum
-from gap.data.measured import Array, Channel, Measured, runs
+from config.schema.rig import Rig
+from gap.data.channel_check import CLIPPED, DataProblem, channel_problems, log_moves, moves, quantum
+from gap.data.measured import Array, Measured, MeasuredChannel
+from gap.data.uniform_grid import runs
 
-__all__ = ["DataProblem", "censored", "check", "quantum", "refuse_pairing", "same_maneuver"]
+__all__ = ["DataProblem", "check", "quantum", "refuse_pairing", "same_maneuver"]
 
-LEAST_S = 2.0  # a log shorter than this has too few windows to decide anything
 LONG_GAP_S = 0.1  # the plant moves on its own in a gap; longer ones are named
 STUCK_S = 1.0  # a moving joint's channel that repeats one value for this long
 LARGEST_JITTER = 0.3  # of the period
-SAME = 0.999  # correlation of the commands above which two logs are one maneuver
+SAME = 0.999  # correlation of commands of one size above which two logs are one maneuver
 POLARITY = -0.8
 CROSSED = 0.8  # correlation of a joint's rate with another joint's command …
 UNMOVED = 0.4  # … while its own says so little
@@ -32,9 +32,14 @@ def refuse_pairing(fit: Sequence[Measured], holdout: Sequence[Measured]) -> None
         raise LogError("there is no hold-out log", value="one log", limit="two", where=str(fit[0].path), next_step=advice)
     for log in holdout:
         for other in fit:
-            if log.sha256 == other.sha256 or _same_numbers(log, other):
+            if _same_file(log, other) or _same_numbers(log, other):
                 advice = "Give the log of another maneuver."
                 raise LogError("the hold-out log is a fit log", value=str(other.path), where=str(log.path), next_step=advice)
+
+
+def _same_file(a: Measured, b: Measured) -> bool:
+    """Parts of one file that overlap in time."""
+    return a.sha256 == b.sha256 and a.t_s[0] < b.t_s[-1] and b.t_s[0] < a.t_s[-1]
 
 
 def _same_numbers(a: Measured, b: Measured) -> bool:
@@ -50,7 +55,7 @@ def check(logs: Sequence[Measured], rig: Rig) -> list[DataProblem]:
     sensors = rig.plant.sensors if rig.plant else {}
     for log in logs:
         found += _time_problems(log)
-        moving = any(_moves(log.channels[f"{joint}.position"]) for joint in rig.joints if f"{joint}.position" in log.channels)
+        moving = log_moves(log)
         for name, channel in log.channels.items():
             found += channel_problems(log, channel, sensors[name], moving)
         found += _motion_problems(log, rig)
@@ -59,17 +64,16 @@ def check(logs: Sequence[Measured], rig: Rig) -> list[DataProblem]:
 
 
 def same_maneuver(fit: Measured, holdout: Measured) -> bool:
-    """Whether two logs have practically the same commands (a repeat tests only the noise)."""
+    """Whether two logs have practically the same commands (a repeat tests only the noise). 1 V is another maneuver than 2 V: what counts
+    is the difference of the commands, apart from a constant; for two of one size it is their correlation, 2 (1 − ρ) of the variance."""
     rows = min(fit.rows, holdout.rows)
     pairs = zip(fit.commands_V[:rows].T, holdout.commands_V[:rows].T, strict=True)
     moved = [(a, b) for a, b in pairs if np.std(a) > 0 and np.std(b) > 0]
-    return bool(moved) and all(np.corrcoef(a, b)[0, 1] > SAME for a, b in moved)
+    return bool(moved) and all(np.var(a - b) < 2.0 * (1.0 - SAME) * np.std(a) * np.std(b) for a, b in moved)
 
 
 def _time_problems(log: Measured) -> list[DataProblem]:
     where, found = str(log.path), []
-    if log.duration_s < LEAST_S:
-        found.append(DataProblem(f"only {log.duration_s:.2f} s of data; at least {LEAST_S:g} s are needed", "t_s", where, True))
     if log.backwards:
         found.append(DataProblem(f"{log.backwards} rows repeat or go back in time; they are left out", "t_s", where, False))
     for start, length in runs(log.missing):
@@ -89,20 +93,20 @@ def _motion_problems(log: Measured, rig: Rig) -> list[DataProblem]:
         if channel is None:
             found.append(DataProblem("is not in the log; every joint's position is needed", f"{joint}.position", where, True))
             continue
-        moves = _moves(channel)
-        moved = moved or moves
+        moving = moves(channel)
+        moved = moved or moving
         if not _is_imposed(rig, joint):
-            found += _against_command(log, rig, joint, channel, log.commands_V[:, number], moves)
+            found += _against_command(log, rig, joint, channel, log.commands_V[:, number], moving)
     if not moved and not any(problem.fatal for problem in found):
         what = "no joint moves: nothing can be learned about the plant from this log; run a maneuver that moves it"
         found.append(DataProblem(what, "", where, True))
     return found
 
 
-def _against_command(log: Measured, rig: Rig, joint: str, channel: Channel, commands: Array, moves: bool) -> list[DataProblem]:
+def _against_command(log: Measured, rig: Rig, joint: str, channel: MeasuredChannel, commands: Array, moving: bool) -> list[DataProblem]:
     """A driven joint's position beside what was asked of it."""
     threshold = 0.2 * _full_scale(rig, joint)
-    if moves:
+    if moving:
         return [*_stuck(log, channel, commands, threshold), *_wrong_way(log, channel, commands), *_outside_travel(log, channel, rig, joint)]
     if np.ptp(commands) <= threshold:
         return []
@@ -110,23 +114,19 @@ def _against_command(log: Measured, rig: Rig, joint: str, channel: Channel, comm
     return [DataProblem(what, channel.name, str(log.path), True)]
 
 
-def _moves(channel: Channel) -> bool:
-    good = channel.values[np.isfinite(channel.values)]
-    return bool(np.ptp(good) > max(20 * quantum(channel), 1e-9))
-
-
-def _stuck(log: Measured, channel: Channel, commands: Array, threshold: float) -> list[DataProblem]:
+def _stuck(log: Measured, channel: MeasuredChannel, commands: Array, threshold: float) -> list[DataProblem]:
     """One exact value for long while the command asks for motion."""
     still = np.concatenate([[False], np.diff(channel.values) == 0.0])
     for start, length in runs(still):
         span = commands[start : start + length]
         if length * log.period_s > STUCK_S and np.abs(np.median(span)) > threshold:
-            what = f"stands at exactly {channel.values[start]:.6g} for {length * log.period_s:.2f} s from t = {log.t_s[start]:.3f} s"
+            when = f"for {length * log.period_s:.2f} s from t = {log.t_s[start]:.3f} s"
+            what = f"stands at exactly {channel.values[start]:.6g} {channel.unit} {when}"
             return [DataProblem(f"{what} while the command asks for motion: stuck channel", channel.name, str(log.path), True)]
     return []
 
 
-def _wrong_way(log: Measured, channel: Channel, commands: Array) -> list[DataProblem]:
+def _wrong_way(log: Measured, channel: MeasuredChannel, commands: Array) -> list[DataProblem]:
     """Mean velocity against mean command: a clear negative slope is a sign or wiring error."""
     correlation = _rate_with_command(log, channel, commands)
     if correlation > POLARITY:
@@ -135,7 +135,7 @@ def _wrong_way(log: Measured, channel: Channel, commands: Array) -> list[DataPro
     return [DataProblem(what, channel.name, str(log.path), False)]
 
 
-def _rate_with_command(log: Measured, channel: Channel, commands: Array) -> float:
+def _rate_with_command(log: Measured, channel: MeasuredChannel, commands: Array) -> float:
     """Correlation of mean velocity and mean command over blocks of half a second; 0 where nothing can be said."""
     rows = max(round(_BLOCK_S / log.period_s), 2)
     count = log.rows // rows
@@ -159,15 +159,15 @@ def _crossed_commands(log: Measured, rig: Rig) -> list[DataProblem]:
     return [DataProblem(f"{follow}: swapped columns", f"{joints[0]}.command_V", str(log.path), True)]
 
 
-def _outside_travel(log: Measured, channel: Channel, rig: Rig, joint: str) -> list[DataProblem]:
+def _outside_travel(log: Measured, channel: MeasuredChannel, rig: Rig, joint: str) -> list[DataProblem]:
     assert rig.plant is not None
     low, high = rig.plant.joints[joint].travel
     good = channel.values[np.isfinite(channel.values)]
     slack = 0.02 * (high - low)
     if np.mean((good < low - slack) | (good > high + slack)) <= CLIPPED:
         return []
-    limits = f"but the joint's travel is {low:.6g} to {high:.6g}: wrong unit, swapped joints or another rig"
-    what = f"runs from {good.min():.6g} to {good.max():.6g}, {limits}"
+    limits = f"but the joint's travel is {low:.6g} to {high:.6g} {channel.unit}: wrong unit, swapped joints or another rig"
+    what = f"runs from {good.min():.6g} to {good.max():.6g} {channel.unit}, {limits}"
     return [DataProblem(what, channel.name, str(log.path), True)]
 
 

@@ -12,20 +12,20 @@ from pathlib import Path
 
 import numpy as np
 
-from config.load import load_maneuver
-from config.maneuver import maneuver_content
-from config.rig import Rig
-from control.pieces import Kind, Sample
-from control.planning import plan_run
-from control.program import Program
-from control.run_plan import RunPlan
-from control.run_request import RunRequest
-from control.shaper_setup import ShaperSetup
-from control.signals import Mode
+from config.loading.load import load_maneuver
+from config.schema.maneuver import maneuver_content
+from config.schema.rig import Rig
 from gap.data.measured import Array
-from recording.reader import read_log
-from recording.source_columns import columns_by_name
-from recording.table import read_table
+from recording.files.reader import read_log
+from recording.importing.read_table import read_table
+from recording.importing.source_columns import columns_by_name
+from servo_control.path.pieces import Kind, Sample
+from servo_control.path.program import Program
+from servo_control.planning.planning import plan_run
+from servo_control.planning.run_plan import RunPlan
+from servo_control.planning.run_request import RunRequest
+from servo_control.shapers.shaper_setup import ShaperSetup
+from servo_control.signals import Mode
 
 NEITHER = (
     "The hold-out is a table without the run's request and without the columns {missing}, so the controller cannot be run again. Give the "
@@ -86,6 +86,8 @@ def logged_run(path: Path, rig: Rig, given: Path | None) -> LoggedRun | str:
         attached = next((log.attachments[name] for name in sorted(log.attachments) if name.startswith("run-")), None)
     else:
         columns, attached = columns_by_name(read_table(path), rig)[1], None
+    if attached is not None and RunRequest.from_json(attached).by_hand:
+        attached = None  # its reference is all that a program could say
     begun = "mode" in columns and bool(np.any(columns["mode"] == int(Mode.RUNNING)))
     if path.suffix.lower() == ".mcap" and not begun:
         return NO_RUN

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from gap.data.data_check import quantum, same_maneuver
 from gap.data.measured import Array, Measured
 
@@ -75,9 +75,9 @@ def local_variances(values: Array) -> Array:
 def correlation_time(residuals: Array) -> float:
     """τ = 1 + 2 Σ ρ_k in samples, by Geyer's initial positive sequence; residuals: windows × samples, NaN where nothing was measured.
 
-    N / τ is the number of independent samples.
+    N / τ is the number of independent samples. 1 where nothing was measured.
     """
-    data = np.nan_to_num(residuals - np.nanmean(residuals)) if np.isfinite(residuals).any() else residuals * 0.0
+    data = np.nan_to_num(residuals - np.nanmean(residuals)) if np.isfinite(residuals).any() else np.zeros_like(residuals)
     length = data.shape[1]
     spectrum = np.abs(np.fft.rfft(data, 2 * length, axis=1)) ** 2
     sums = np.fft.irfft(spectrum, axis=1)[:, :length].sum(axis=0)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap.data.measured import Array
-from sim_backend.layout import SLOTS
+from sim_backend.memory.layout import SLOTS
 
-MOST_WINDOWS = 80  # of all fit logs together; 70 to 90 held up in gap.md's prototype
+MOST_WINDOWS = 80  # of all fit logs together; of 70 to 90, more changed nothing in a prototype of the search
 BLOCK = 3  # neighbouring windows chosen together: what one of them remembers is the end of the one before
 _AT_REST = 0.02  # of the largest speed of a joint in the log
 

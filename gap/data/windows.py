@@ -6,23 +6,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from config.errors import LogError
-from config.rig import Rig
+from config.schema.rig import Rig
+from gap.data.at_stop import at_stop
+from gap.data.channel_check import clipped
 from gap.data.local_motion import local_motion, rate_noise
-from gap.data.measured import Array, Measured, bridged
-from sim_backend.batch import TARGETS, WindowPlan, quiet
-from sim_backend.layout import J_START, J_STRIDE, SLOTS, J, Vector
-from sim_backend.parameters import Parameters
+from gap.data.measured import Array, Measured
+from gap.data.uniform_grid import bridged
+from sim_backend.kernel.batch import WindowPlan, quiet
+from sim_backend.kernel.parameters import Parameters
+from sim_backend.memory.layout import J_START, J_STRIDE, SLOTS, TARGETS, J, Kind, Target, Vector
 from sim_backend.plant import SimulatedRig
-from sim_backend.rates import IMPOSED
 
 SAMPLE_RATE_HZ = 350.0  # readings compared; commands act at the log's own rate
 IMPOSED_ROWS = 10  # at least on either side where the velocity is an input: its noise would count as force
 SLOPE_SPAN_S = 0.03  # longest span of the local polynomial that gives velocities at a window's start
+LEAST_WINDOWS = 6  # in all fit logs, and in all hold-out logs
 BURN_IN_S = 0.3  # the carried states forget how the simulation was started
-LEAST_WINDOWS = 6
 SHAPE_RATE_SD = 5e-2  # of the link's shapes (m/s)
 _VELOCITY_SD = 4e-3  # at least, of the velocity at a window's start (rad/s or m/s)
 
@@ -68,32 +71,57 @@ def default_window_s(rig: Rig) -> float:
 
 
 def prepare(log: Measured, rig: Rig, sigma: Mapping[str, float], window_s: float, channels: Sequence[str], workers: int = 1) -> Experiment:
-    """Cut one log into adjoining windows; windows with missing rows are left out. LogError when too few remain."""
+    """Cut one log into adjoining windows, without those in which rows are missing, a joint is pressed on its stop or its position is cut
+    off. A log may have none left: `left_in` judges all logs together."""
     rows = max(round(window_s / log.period_s), 8)
     every = max(round(1 / (SAMPLE_RATE_HZ * log.period_s)), 1)
     first = max(round(BURN_IN_S / log.period_s), _slope_rows(log.period_s))
     starts = np.arange(first, log.rows - rows - _slope_rows(log.period_s), rows)
-    whole = np.array([not log.missing[s - 1 : s + rows].any() for s in starts], dtype=bool)
-    starts = starts[whole].astype(np.int64) if starts.size else starts
-    if len(starts) < LEAST_WINDOWS:
-        what = "the log has too few whole windows to compare"
-        raise LogError(what, value=len(starts), limit=LEAST_WINDOWS, where=str(log.path), next_step="Log a longer maneuver without gaps.")
+    cut = _cut_off(log, rig)
+    useless = _useless(log, rig, cut)
+    whole = np.array([not useless[s - 1 : s + rows].any() for s in starts], dtype=bool)
+    starts = starts[whole].astype(np.int64)
     samples = starts[:, None] + every * np.arange((rows - 1) // every + 1)[None, :]
     blank = np.full(log.rows, np.nan)
-    measured = np.stack([log.channels[name].values[samples] if name in log.channels else blank[samples] for name in channels], axis=2)
+    columns = [np.where(cut[name], np.nan, log.channels[name].values) if name in log.channels else blank for name in channels]
+    measured = np.stack([column[samples] for column in columns], axis=2)
     parameters = Parameters(rig)
     velocity_sd = _velocity_sd(log, sigma, parameters)
     targets = _targets(log, parameters, sigma, velocity_sd)
     plan = WindowPlan(_slot_commands(log, rig, parameters), starts, rows, every, log.period_s, targets)
-    columns = tuple(parameters.sensors[name] for name in channels)
+    sensors = tuple(parameters.sensors[name] for name in channels)
     noise = np.array([sigma[name] for name in channels])
-    return Experiment(log, plan, _rest(log, rig), columns, measured, noise, velocity_sd, _warmer(log, rig), workers)
+    return Experiment(log, plan, _rest(log, rig), sensors, measured, noise, velocity_sd, _warmer(log, rig), workers)
+
+
+def left_in(experiments: Sequence[Experiment], option: str) -> list[Experiment]:
+    """The logs that have windows; none of none. LogError when all together have too few for a verdict; `option`: how they were given."""
+    windows = sum(experiment.windows for experiment in experiments)
+    if experiments and windows < LEAST_WINDOWS:
+        what = "too few windows are left: rows are missing, at a stop or cut off, or the logs are too short"
+        span = f"{experiments[0].plan.rows * experiments[0].plan.period_s:.2g} s"
+        advice = f"Add logs of further motion ({option} LOG, may be repeated), or shorter windows (--window; now {span})."
+        where = ", ".join(str(experiment.log.path) for experiment in experiments)
+        raise LogError(what, value=windows, limit=LEAST_WINDOWS, unit="windows", where=where, next_step=advice)
+    return [experiment for experiment in experiments if experiment.windows]
+
+
+def _cut_off(log: Measured, rig: Rig) -> dict[str, NDArray[np.bool_]]:
+    """Channel → rows in which it was cut off before it was logged; of channels that this model has."""
+    sensors = rig.plant.sensors if rig.plant else {}
+    return {name: clipped(channel, sensors[name]) for name, channel in log.channels.items() if name in sensors}
+
+
+def _useless(log: Measured, rig: Rig, cut: Mapping[str, NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    """Rows that no window may hold."""
+    positions = [rows for name, rows in cut.items() if name.endswith(".position")]
+    return np.asarray(np.any([log.missing, at_stop(log, rig).any(axis=1), *positions], axis=0))
 
 
 def velocities(experiment: Experiment) -> Array:
     """Measured velocities in every window, windows × samples × slots; NaN where not measured."""
     rows = experiment.plan.starts[:, None] + experiment.plan.every * np.arange(experiment.plan.samples)[None, :]
-    return np.asarray(experiment.plan.targets[rows][:, :, SLOTS : 2 * SLOTS])
+    return np.asarray(experiment.plan.targets[rows][:, :, Target.VELOCITY : Target.VELOCITY + SLOTS])
 
 
 def _slope_rows(period_s: float) -> int:
@@ -121,14 +149,16 @@ def _targets(log: Measured, parameters: Parameters, sigma: Mapping[str, float], 
         read = bridged(log.channels[f"{joint}.position"].values) if f"{joint}.position" in log.channels else None
         if read is None:
             continue
-        if parameters.values[J_START + slot * J_STRIDE + J.KIND] == IMPOSED:
+        if parameters.values[J_START + slot * J_STRIDE + J.KIND] == Kind.IMPOSED:
             motion = _smooth(read, log.period_s, max(half, IMPOSED_ROWS))
         else:
             motion = local_motion(read, sigma[f"{joint}.position"], log.period_s, half, velocity_sd[slot] / 3.0)
-        targets[:, slot], targets[:, 2 + slot], targets[:, 6 + slot] = motion
+        for column, values in zip((Target.POSITION, Target.VELOCITY, Target.ACCELERATION), motion, strict=True):
+            targets[:, column + slot] = values
     if "tip.deflection" in log.channels:
         read, noise = bridged(log.channels["tip.deflection"].values), sigma["tip.deflection"]
-        targets[:, 4], targets[:, 5], _ = local_motion(read, noise, log.period_s, half, SHAPE_RATE_SD / 3.0)
+        bent, rate, _ = local_motion(read, noise, log.period_s, half, SHAPE_RATE_SD / 3.0)
+        targets[:, Target.TIP_DEFLECTION], targets[:, Target.TIP_DEFLECTION_RATE] = bent, rate
     return targets
 
 

@@ -37,7 +37,7 @@ class Evaluation:
     readings: Array
     left: Array
     window_costs: Array  # mean-square of a window, in noise units; 1 is the noise floor
-    channel_costs: Array  # of every channel over the log
+    channel_costs: Array  # of every channel over the log; NaN where the log has none of it
 
 
 def costing(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> Costing:
@@ -59,7 +59,8 @@ def recounted(costs: Costing, now: Sequence[Evaluation]) -> Costing:
 
 def _correlation(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> float:
     shaped = [_by_channel(e, left) for e, left in zip(experiments, lefts, strict=True)]
-    return float(np.median([correlation_time(values[:, :, k]) for values in shaped for k in range(values.shape[2])]))
+    channels = [values[:, :, k] for values in shaped for k in range(values.shape[2])]
+    return float(np.median([correlation_time(values) for values in channels if np.isfinite(values).any()]))
 
 
 def evaluate(experiment: Experiment, model: Model, costs: Costing | None, projection: Projection | None = None) -> Evaluation:
@@ -77,7 +78,8 @@ def judged(experiment: Experiment, readings: Array, projection: Projection, cost
     there = np.isfinite(experiment.measured)
     data = np.where(there, weighed[:, :values].reshape(experiment.measured.shape), 0.0)
     window_costs = (data.sum(axis=(1, 2)) + weighed[:, values:].sum(axis=1)) / values_compared(experiment)
-    channel_costs = data.sum(axis=(0, 1)) / np.maximum(there.sum(axis=(0, 1)), 1)
+    values_there = there.sum(axis=(0, 1))
+    channel_costs = np.where(values_there > 0, data.sum(axis=(0, 1)) / np.maximum(values_there, 1), np.nan)
     return Evaluation(experiment, projection, readings, left, window_costs, channel_costs)
 
 
@@ -89,6 +91,13 @@ def values_compared(experiment: Experiment) -> Array:
 def mean_cost(evaluations: Sequence[Evaluation]) -> float:
     """J: 1 at the noise floor."""
     return float(np.concatenate([e.window_costs for e in evaluations]).mean())
+
+
+def mean_channel_costs(evaluations: Sequence[Evaluation]) -> Array:
+    """Of every channel, over the logs that have it; 1 where none has."""
+    costs = np.array([e.channel_costs for e in evaluations])
+    there = np.isfinite(costs)
+    return np.asarray(np.where(there.any(axis=0), np.where(there, costs, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1), 1.0))
 
 
 def rho(experiment: Experiment, left: Array, costs: Costing | None) -> Array:

@@ -192,6 +192,14 @@ def covariance(done: Fit, costs: Costing) -> Array:
     return np.asarray(np.linalg.pinv(normal) * np.outer(scales, scales))
 
 
+def full_step(done: Fit, costs: Costing) -> tuple[Array, Array]:
+    """The Gauss-Newton step of all numbers from where the fit stands, and their posterior standard deviations, both in θ."""
+    temper = max(1.0, done.cost) * costs.tau
+    normal, gradient = _normal_equations(done.model, done.evaluations, done.columns, costs, temper)
+    inverse = np.linalg.pinv(normal)
+    return np.asarray(inverse @ gradient * done.model.scales), np.asarray(np.sqrt(np.maximum(np.diag(inverse), 0.0)) * done.model.scales)
+
+
 def _normal_equations(
     model: Model, now: Sequence[Evaluation], columns: Sequence[Array], costs: Costing, temper: float
 ) -> tuple[Array, Array]:
@@ -204,6 +212,11 @@ def _normal_equations(
         normal = normal + a @ a.T
         gradient = gradient + a @ (evaluation.left * root).ravel()
     return normal, gradient
+
+
+def objective(model: Model, now: Sequence[Evaluation], costs: Costing) -> float:
+    """What a fit makes small, with the weights that the data have at this model."""
+    return _objective(model, now, costs, max(1.0, mean_cost(now)) * costs.tau)
 
 
 def _objective(model: Model, now: Sequence[Evaluation], costs: Costing, temper: float) -> float:
@@ -251,4 +264,4 @@ def unfitted(model: Model, now: Sequence[Evaluation], costs: Costing) -> Fit:
     now, experiments = tuple(now), [e.experiment for e in now]
     jacobian = sensitivities(model, experiments, range(len(model.free)), [e.readings for e in now])
     columns = tuple(projected(e, j) for e, j in zip(now, jacobian, strict=True))
-    return Fit(model, now, tuple(jacobian), columns, _objective(model, now, costs, max(1.0, mean_cost(now)) * costs.tau))
+    return Fit(model, now, tuple(jacobian), columns, objective(model, now, costs))

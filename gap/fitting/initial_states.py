@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from gap.data.measured import Array
 from gap.data.windows import SHAPE_RATE_SD, Experiment
 from gap.fitting.simulate import kept, warmed
-from sim_backend.batch import restart
-from sim_backend.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, H, J, Vector, X
-from sim_backend.rates import HYDRAULIC, IMPOSED
+from sim_backend.kernel.batch import restart
+from sim_backend.memory.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, H, J, Kind, Vector, X
 
 # Standard deviation of each state at a window's start. Positions and velocities come from the measurement; pressures, friction and
 # modes are the model's own, disturbed by that correction.
@@ -95,11 +94,12 @@ def marginalised(experiment: Experiment, p: Vector) -> Projection:
     return marginalised_readings(experiment, p)[1]
 
 
-def marginalised_readings(experiment: Experiment, p: Vector) -> tuple[Array, Projection]:
-    """Readings with the parameters `p` (windows × samples × channels), and the projection linearised there."""
+def marginalised_readings(experiment: Experiment, p: Vector, more: Sequence[StartState] = ()) -> tuple[Array, Projection]:
+    """Readings with the parameters `p` (windows × samples × channels), and the projection linearised there; `more`: states beside those of
+    start_states that no window knows."""
     p = warmed(experiment, p)
     base, first = kept(experiment, p)
-    states = start_states(p, experiment)
+    states = [*start_states(p, experiment), *more]
     with ThreadPoolExecutor(experiment.workers) as pool:
         moved = list(pool.map(lambda s: restart(first, p, experiment.plan, s.number, _MOVE * s.sd), states))
         moved += pool.map(lambda form: restart(first, form.changed(p), experiment.plan, 0, 0.0), forms_of_friction(p))
@@ -123,14 +123,14 @@ def start_states(p: Vector, experiment: Experiment) -> list[StartState]:
     states = []
     for slot in range(SLOTS):
         kind = p[J_START + slot * J_STRIDE + J.KIND]
-        if kind in (0.0, IMPOSED):
+        if kind in (Kind.UNUSED, Kind.IMPOSED):
             continue
         s = slot * D_STRIDE
         states += [StartState(s + D.POSITION, _POSITION_SD), StartState(s + D.VELOCITY, experiment.velocity_sd[slot])]
-        if kind == HYDRAULIC:
+        if kind == Kind.HYDRAULIC:
             states += [StartState(s + D.PRESSURE_A, _PRESSURE_SD), StartState(s + D.PRESSURE_B, _PRESSURE_SD)]
-            states += [StartState(s + D.BRISTLE, _BRISTLE_SD * deflection) for deflection in _sliding(p, slot)]
-    if any(p[J_START + slot * J_STRIDE + J.KIND] == HYDRAULIC for slot in range(SLOTS)):
+            states += bristle_start(p, slot)
+    if any(p[J_START + slot * J_STRIDE + J.KIND] == Kind.HYDRAULIC for slot in range(SLOTS)):
         states.append(StartState(int(H.METAL), _OIL_SD_K))
     if p[C.ARM] > 0.0 and p[C.BENDING_STIFFNESS] > 0.0:
         states += [StartState(int(k), _SHAPE_SD) for k in (X.SHAPE_1, X.SHAPE_2)]
@@ -138,12 +138,17 @@ def start_states(p: Vector, experiment: Experiment) -> list[StartState]:
     return states
 
 
+def bristle_start(p: Vector, slot: int) -> list[StartState]:
+    """How far the friction of a joint is drawn at a window's start; none without dry friction."""
+    return [StartState(slot * D_STRIDE + D.BRISTLE, _BRISTLE_SD * deflection) for deflection in _sliding(p, slot)]
+
+
 def forms_of_friction(p: Vector) -> list[FormOfFriction]:
     """Of every hydraulic joint with dry friction."""
     return [
         FormOfFriction(J_START + slot * J_STRIDE + number, sd)
         for slot in range(SLOTS)
-        if p[J_START + slot * J_STRIDE + J.KIND] == HYDRAULIC and _sliding(p, slot)
+        if p[J_START + slot * J_STRIDE + J.KIND] == Kind.HYDRAULIC and _sliding(p, slot)
         for number, sd in _FORM_SD.items()
     ]
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from config.effect_entry import EffectEntry
-from config.plant import Plant
-from config.rig import Rig
+from config.schema.effect_entry import EffectEntry
+from config.schema.plant import Plant
+from config.schema.rig import Rig
 from gap.data.measured import Array
-from sim_backend.batch import quiet
-from sim_backend.layout import Vector
-from sim_backend.parameters import Parameters
+from sim_backend.kernel.batch import quiet
+from sim_backend.kernel.parameters import Parameters
+from sim_backend.memory.layout import Vector
 
 Path = tuple[str | int, ...]
 

@@ -5,19 +5,23 @@ A name is only worth something when no constant within its own uncertainty expla
 
 from __future__ import annotations
 
-import re
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
-from config.effect_entry import unit_at
-from config.load import LoadedRig
-from config.plant import Plant
-from config.plant_sensor import Sensor
-from config.section import Section, yaml_key
-from config.yaml_tree import YamlTree, parse
+from config.loading.load import LoadedRig
+from config.parsing.provenance import FIXED, tag_of
+from config.parsing.yaml_tree import YamlTree, parse
+from config.schema.effect_entry import unit_at
+from config.schema.model_fields import place_of_path
+from config.schema.plant import Plant
+from config.schema.plant_sensor import Sensor
+from config.schema.rig import Rig
+from config.schema.section import Section, yaml_key
 from gap.fitting.model import Free, Path
 
-# Relative standard deviation of a constant by where its number comes from; docs/10-gap.md explains the table.
+# Relative standard deviation of a constant by where its number comes from; docs/method/gap.md explains the table.
 PRIOR_SD = {
     "P": 0.02,  # stated in the paper
     "DS": 0.03,  # read in a manufacturer's catalogue
@@ -36,7 +40,6 @@ OIL_SD_K = 2.0  # oil at the valves against the reservoir's thermometer, from wh
 LEAST_SD_OF_EFFECT = 0.10  # friction, leakage and air change with oil, wear and temperature, however well they were once known
 HONEST = 2.0  # prior standard deviations within which 95 % of honest priors hold the true value
 LARGEST_PULL = 4.0  # prior standard deviations a fit may move a constant
-_TAG = re.compile(r"#.*?\[(P|DS|M|B|D|C|A|gap)\]")
 _GEOMETRY = ("travel", "initial", "stop_stiffness", "stop_restitution_loss", "quantity_kind")
 _SKIPPED = (
     "step_s",
@@ -50,17 +53,41 @@ _SKIPPED = (
 )
 # Gain, mass and friction of a plain servo axis scale together: no position log shows their common factor, so the drive's gain is held.
 _SCALE_OF_FORCE = ("gain_N_per_V", "gain_N_m_per_V")
+_ZERO_IS_NONE = ("bandwidth_Hz", "temperature_slope_per_K", "temperature_slope", "oil_share")  # no limit; the same at every temperature
 _OF_A_SENSOR = ("bias", "bandwidth_Hz")  # resolution, noise and range are what the floor is made of
 
 
 def nuisances(loaded: LoadedRig, channels: frozenset[str]) -> tuple[Free, ...]:
     """The free constants of a rig: everything numeric in `plant` but geometry of the stops, thermal constants and sensor noise.
 
-    Sensor biases only for the channels compared. A constant of 0 stays 0: whatever is missing there is an effect.
+    Sensor biases only for the channels compared. A constant of 0 stays 0: whatever is missing there is an effect. One with the tag
+    [fixed] stays as it is.
     """
+    return tuple(free for free, value in _all(loaded, channels) if value != 0.0 and free.tag != FIXED)
+
+
+def held(loaded: LoadedRig, channels: frozenset[str]) -> tuple[Free, ...]:
+    """The constants that a fit does not move, each with the range of its key: those tagged [fixed] (`scale`: 5 % of the value), and those
+    of 0 (`scale`: 0) where 0 does not stand for "none"."""
+    found = [(free, value) for free, value in _all(loaded, channels) if value == 0.0 or free.tag == FIXED]
+    tree = parse(loaded.text, loaded.path)
+    return tuple(_in_range(free, tree) for free, value in found if not (value == 0.0 and free.path[-1] in _ZERO_IS_NONE))
+
+
+def _in_range(free: Free, tree: YamlTree) -> Free:
+    at = ("plant", *(yaml_key(part) if isinstance(part, str) else part for part in free.path))
+    field = place_of_path(Rig, at, tree.plain).field
+    limits = field.metadata if field else ()
+    low = next((float(limit.ge) for limit in limits if getattr(limit, "ge", None) is not None), -math.inf)
+    high = next((float(limit.le) for limit in limits if getattr(limit, "le", None) is not None), math.inf)
+    return replace(free, low=low, high=high, prior=False)
+
+
+def _all(loaded: LoadedRig, channels: frozenset[str]) -> Iterator[tuple[Free, float]]:
     assert loaded.rig.plant is not None
     tree = parse(loaded.text, loaded.path)
-    return tuple(_free(tree, path, key, unit, value) for path, key, unit, value in _constants(loaded.rig.plant, channels) if value != 0.0)
+    for path, key, unit, value in _constants(loaded.rig.plant, channels):
+        yield _free(tree, path, key, unit, value), value
 
 
 def _free(tree: YamlTree, path: Path, key: Path, unit: str, value: float) -> Free:
@@ -72,15 +99,6 @@ def _free(tree: YamlTree, path: Path, key: Path, unit: str, value: float) -> Fre
     floor = 0.1 * value
     return Free(path, ".".join(map(str, ("plant", *key))), unit, value, sd, max(low, floor) if value > 0 else low,
                 high if value > 0 else min(high, floor), True, tag)  # fmt: skip
-
-
-def tag_of(tree: YamlTree, path: Path) -> str:
-    """The provenance tag on the line of a value: "P" for `# [P] stated`; empty without one. A key not written has its default: assumed."""
-    if tree.value(path) is None:
-        return "A"
-    line, _ = tree.mark(path)
-    found = _TAG.search(tree.text.splitlines()[line - 1])
-    return found[1] if found else ""
 
 
 def _constants(plant: Plant, channels: frozenset[str]) -> Iterator[tuple[Path, Path, str, float]]:

@@ -16,12 +16,17 @@ MOVE = 0.02  # share of its scale by which an effect is moved for a finite diffe
 _PRIOR_MOVE = 0.3
 
 
-def sensitivities(model: Model, experiments: Sequence[Experiment], numbers: Sequence[int], base: Sequence[Array]) -> list[Array]:
-    """d readings / d φ for each experiment, (numbers × windows × samples × channels), φ = (θ − start) / scale; `base`: readings at θ."""
+def sensitivities(
+    model: Model, experiments: Sequence[Experiment], numbers: Sequence[int], base: Sequence[Array], widths: Array | None = None
+) -> list[Array]:
+    """d readings / d φ for each experiment, (numbers × windows × samples × channels), φ = (θ − start) / scale; `base`: readings at θ.
+
+    `widths`: by how much of its scale each of `numbers` is moved for it, where that is known better than from its prior."""
     thetas, moves = [], []
-    for k in numbers:
+    for order, k in enumerate(numbers):
         free, theta = model.free[k], model.theta.copy()
-        move = (_PRIOR_MOVE if free.prior else MOVE) * free.scale
+        share = (_PRIOR_MOVE if free.prior else MOVE) if widths is None else float(widths[order])
+        move = share * free.scale
         move = -move if theta[k] + move > free.high else move
         theta[k] += move
         thetas.append(model.vector(theta))

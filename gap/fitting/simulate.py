@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment, Memory
-from sim_backend.batch import carry
-from sim_backend.layout import J_START, J_STRIDE, SLOTS, C, H, J, Vector, X
+from sim_backend.kernel.batch import carry
+from sim_backend.memory.layout import J_START, J_STRIDE, SLOTS, C, H, J, Vector, X
 
 LEAD_IN_S = 0.15  # from a kept state to the window: spools, chambers, delay lines and bristles have forgotten other constants
 _HUGE = 1e6  # a residual that leaves no doubt

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from gap.data.measured import Array
 from gap.data.noise import local_variances
 from gap.data.windows import Experiment
 from gap.fitting.simulate import warmed
-from sim_backend.batch import carry
-from sim_backend.layout import Vector
+from sim_backend.kernel.batch import carry
+from sim_backend.memory.layout import Vector
 
 HEAT_KNOWN = 0.25  # relative accuracy of simulated changes: heat capacities and losses are assumed constants
 CLEAR = 3.0  # standard deviations

@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from config.load import load_maneuver
-from config.maneuver import maneuver_content
-from config.rig import Rig
-from control.controller import Controller
-from control.planning import plan_run
-from control.run_plan import RunPlan
-from control.run_request import RunRequest
-from control.signals import Inputs, Mode, Outputs
+from config.loading.load import load_maneuver
+from config.schema.maneuver import maneuver_content
+from config.schema.rig import Rig
 from gap.data.measured import Array, Measured, field_of, on_grid
 from gap.maneuvers.envelope import check_envelope
-from sim_backend.batch import quiet
-from sim_backend.layout import S
+from servo_control.controller import Controller
+from servo_control.planning.planning import plan_run
+from servo_control.planning.run_plan import RunPlan
+from servo_control.planning.run_request import RunRequest
+from servo_control.signals import Inputs, Mode, Outputs
+from sim_backend.kernel.batch import quiet
+from sim_backend.memory.layout import S
 from sim_backend.plant import SimulatedRig
 
 _HOLD_S = 0.5  # at rest before the run

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from config.load import load_maneuver
-from config.maneuver import JointManeuver, maneuver_content
-from config.rig import Rig
-from config.shipped import shipped
-from control.joint_limits import JointLimits, joint_limits
+from config.loading.load import load_maneuver
+from config.loading.shipped import shipped
+from config.schema.maneuver import JointManeuver, maneuver_content
+from config.schema.rig import Rig
+from servo_control.path.joint_limits import JointLimits, joint_limits
 
 MARGIN = 0.9  # share of a limit that a design may ask for: the model that plans it is known to be wrong
 _LEAST_CYCLES = 25  # of the loop in one period of the highest frequency
@@ -26,7 +26,7 @@ Parameters = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Design:
+class ManeuverDesign:
     """A shipped maneuver with changed keys (values as in the file, with units)."""
 
     name: str
@@ -44,12 +44,12 @@ class Design:
         return f"{self.name} ({changes})" if changes else self.name
 
     @property
-    def smaller(self) -> Design | None:
+    def smaller(self) -> ManeuverDesign | None:
         """Half the power on the command; None for what has none, or is small already."""
         value, _, unit = str(self.parameters.get("amplitude", "")).partition(" ")
         if unit != "V" or float(value) < _LEAST_V:
             return None
-        return Design(self.name, {**self.parameters, "amplitude": f"{float(value) * np.sqrt(0.5):.3g} V"})
+        return ManeuverDesign(self.name, {**self.parameters, "amplitude": f"{float(value) * np.sqrt(0.5):.3g} V"})
 
     @property
     def request(self) -> dict[str, Any]:
@@ -57,12 +57,12 @@ class Design:
         return {"maneuver": {"name": self.name}, "parameters": dict(self.parameters), "approach": True}
 
 
-def designs(rig: Rig, joints: Sequence[str], thorough: bool = True) -> list[Design]:
+def designs(rig: Rig, joints: Sequence[str], thorough: bool = True) -> list[ManeuverDesign]:
     """Forms that move the given joints; with `thorough` also every maneuver as it is shipped."""
-    found = [Design(name) for name in shipped("maneuvers")] if thorough else []
+    found = [ManeuverDesign(name) for name in shipped("maneuvers")] if thorough else []
     for limits in joint_limits(rig):
         if limits.name in joints:
-            found += [Design(name, parameters) for name, parameters in _forms(rig, limits)]
+            found += [ManeuverDesign(name, parameters) for name, parameters in _forms(rig, limits)]
     return found
 
 

@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
-from config.load import LoadedRig
+from config.loading.load import LoadedRig
+from config.progress import Progress
 from gap.maneuvers.earlier_logs import earlier_logs
 from gap.maneuvers.next_maneuver import next_maneuver
 from gap.maneuvers.rivals import MOST_RIVALS, NONE
 from gap.maneuvers.separation import Rival
 from gap.search.look_alikes import look_alikes
-from gap.search.search_state import Search, Step
+from gap.search.search_state import GateSearch, Step
 from gap.search.trial import Trial
 from gap.search.verdict import Verdict
 
-Tell = Callable[[str], None]
 
-
-def next_of(loaded: LoadedRig, state: Search, word: Verdict, tell: Tell) -> dict[str, Any] | None:
+def next_of(loaded: LoadedRig, state: GateSearch, word: Verdict, progress: Progress) -> dict[str, Any] | None:
     """For look-alikes and for tentative names; None when every name is confirmed or there is none."""
     rivals = doubtful(state, word)
     if not rivals:
         return None
-    tell(f"which maneuver would separate {' and '.join(rival.name for rival in rivals)}?")
-    found = next_maneuver(loaded, rivals, tell, sorted(state.channels), thorough=False)
+    progress(f"which maneuver would separate {' and '.join(rival.name for rival in rivals)}?")
+    found = next_maneuver(loaded, rivals, progress, sorted(state.channels), thorough=False)
     return found.as_dict() if found else None
 
 
-def doubtful(state: Search, word: Verdict) -> list[Rival]:
+def doubtful(state: GateSearch, word: Verdict) -> list[Rival]:
     """The first effect with look-alikes and the closest of them; without look-alikes, the last tentative one and its runner-up."""
     unclear = next(((step.trial, *alike) for step in state.steps if (alike := look_alikes(state, step))), None)
     if unclear is not None:
@@ -40,7 +38,7 @@ def doubtful(state: Search, word: Verdict) -> list[Rival]:
     return [_rival(state, last.trial), _runner_up(state, last)]
 
 
-def _runner_up(state: Search, step: Step) -> Rival:
+def _runner_up(state: GateSearch, step: Step) -> Rival:
     """The next best explanation that was fitted, else the model without the effect: that is fitted to no log, so none holds its numbers."""
     others = [trial for trial in step.others if trial.gain > 0.0]
     if others:
@@ -49,6 +47,6 @@ def _runner_up(state: Search, step: Step) -> Rival:
     return Rival(NONE, before)
 
 
-def _rival(state: Search, trial: Trial) -> Rival:
+def _rival(state: GateSearch, trial: Trial) -> Rival:
     model = trial.fit.model
     return Rival(trial.candidate.label, model, earlier_logs(model, state.current, state.costs))

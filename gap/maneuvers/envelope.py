@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from config.errors import ManeuverError
-from config.rig import Rig
+from config.schema.rig import Rig
 from gap.data.measured import Array
 
 MARGIN = 0.9  # of a limit: the simulation that plans the run is known to be wrong

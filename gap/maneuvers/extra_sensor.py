@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from config.load import load_rig
-from config.plant import Plant
-from config.plant_sensor import Sensor
-from config.rig import Rig
-from config.signals import SECOND_POSITION, signal_measures
+from config.loading.load import load_rig
+from config.schema.plant import Plant
+from config.schema.plant_sensor import Sensor
+from config.schema.rig import Rig
+from config.signal_names import SECOND_POSITION, signal_measures
 from gap.fitting.model import Model
 
 _TYPICAL = "ornl_testbed"  # whose sensors of the same kind say what a sensor not fitted would be like

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from config.load import LoadedRig
+from config.loading.load import LoadedRig
 from gap.data.measured import Measured
 from gap.data.strata import chosen
 from gap.data.windows import velocities

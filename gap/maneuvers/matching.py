@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from config.errors import LongreachError
-from config.load import LoadedRig
+from config.loading.load import LoadedRig
 from gap.maneuvers.closed_loop import measured_on
-from gap.maneuvers.designs import Design
-from gap.maneuvers.separation import Comparison, Rival, Run, observed
+from gap.maneuvers.designs import ManeuverDesign
+from gap.maneuvers.separation import Comparison, Rival, RivalRun, observed
 from gap.search.settings import PROCESSORS
 
 _STEPS = 4
 _ENOUGH = 0.99  # ratio of T from which a further step is not worth it
 
 
-def matched(loaded: LoadedRig, first: Rival, second: Rival, maneuvers: Sequence[Design]) -> Rival:
+def matched(loaded: LoadedRig, first: Rival, second: Rival, maneuvers: Sequence[ManeuverDesign]) -> Rival:
     """The second with its own parameters fitted to the first, on the first of the maneuvers that can be run; as it is if none can."""
     run = next((run for design in maneuvers if (run := _run(loaded, first, design)) is not None), None)
     if run is None:
@@ -34,7 +34,7 @@ def matched(loaded: LoadedRig, first: Rival, second: Rival, maneuvers: Sequence[
     return best
 
 
-def _run(loaded: LoadedRig, truth: Rival, design: Design) -> Run | None:
+def _run(loaded: LoadedRig, truth: Rival, design: ManeuverDesign) -> RivalRun | None:
     try:
         return observed(loaded, truth, measured_on(truth.model.fitted_rig(), design.content), workers=PROCESSORS)
     except LongreachError:

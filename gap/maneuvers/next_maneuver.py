@@ -10,33 +10,32 @@ telling maneuvers.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, count, islice
 
 import numpy as np
 
 from config.errors import LongreachError
-from config.load import LoadedRig
-from control.run_plan import RunPlan
+from config.loading.load import LoadedRig
+from config.progress import Progress
 from gap.data.measured import Measured
 from gap.maneuvers.closed_loop import measured_on, planned
-from gap.maneuvers.designs import Design, designs
+from gap.maneuvers.designs import ManeuverDesign, designs
 from gap.maneuvers.extra_sensor import ExtraSensor, extra_sensors, with_sensors
 from gap.maneuvers.proposal import Pair, Proposal
-from gap.maneuvers.separation import Comparison, Rival, Run, Separation, observed
+from gap.maneuvers.separation import Comparison, Rival, RivalRun, Separation, observed
 from gap.search.settings import PROCESSORS
+from servo_control.planning.run_plan import RunPlan
 
 SENSOR_TRIALS = 2  # maneuvers on which sensors are tried
 HELD_RUNS = 4  # kept with what was compared on them, for the refits of the same maneuver
 _WAYS = ((False, True), (True, True))  # round a pair: whether its second is the truth; whether the rival has the truth's constants
 _OWN = (False, False)
 
-Tell = Callable[[str], None]
-
 
 def next_maneuver(
-    loaded: LoadedRig, rivals: Sequence[Rival], tell: Tell, measured: Sequence[str] | None = None, thorough: bool = True
+    loaded: LoadedRig, rivals: Sequence[Rival], progress: Progress, measured: Sequence[str] | None = None, thorough: bool = True
 ) -> Proposal | None:
     """The maneuver that separates the explanations soonest, else a sensor that would; None when the rig allows no maneuver at all.
 
@@ -46,11 +45,11 @@ def next_maneuver(
     assert loaded.rig.plant is not None
     channels = tuple(measured or loaded.rig.plant.sensors)
     extras = extra_sensors(loaded.rig, channels)
-    course = _Course(loaded, [replace(rival, model=with_sensors(rival.model, extras)) for rival in rivals], channels, extras, tell)
+    course = _Course(loaded, [replace(rival, model=with_sensors(rival.model, extras)) for rival in rivals], channels, extras, progress)
     found = course.soonest(designs(loaded.rig, _concerned(loaded, rivals), thorough))
     if found is None or found.repeats:
         return found
-    tell("no maneuver separates any of them with the sensors fitted; trying others")
+    progress("no maneuver separates any of them with the sensors fitted; trying others")
     return course.best_sensor(found)
 
 
@@ -84,19 +83,19 @@ class _Course:
     rivals: Sequence[Rival]
     measured: tuple[str, ...]
     extras: Sequence[ExtraSensor]
-    tell: Tell
+    progress: Progress
     plans: dict[str, RunPlan] = field(default_factory=dict)
     logs: dict[tuple[str, int], Measured] = field(default_factory=dict)
-    runs: dict[tuple[str, int, tuple[str, ...]], Run] = field(default_factory=dict)
+    runs: dict[tuple[str, int, tuple[str, ...]], RivalRun] = field(default_factory=dict)
     seen: list[Proposal] = field(default_factory=list)
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
         return list(combinations(range(len(self.rivals)), 2))
 
-    def soonest(self, wanted: Sequence[Design]) -> Proposal | None:
+    def soonest(self, wanted: Sequence[ManeuverDesign]) -> Proposal | None:
         """The best proposal, which may separate nothing; None when none of the maneuvers can be run."""
-        order, queue = count(), list[tuple[tuple[int, float, float], int, Design | _Known]]()
+        order, queue = count(), list[tuple[tuple[int, float, float], int, ManeuverDesign | _Known]]()
         for design in wanted:
             duration = self._duration(design)
             if duration is not None:
@@ -110,15 +109,15 @@ class _Course:
                 heapq.heappush(queue, (known.proposal.rank, next(order), known))
         return None
 
-    def _duration(self, design: Design) -> float | None:
+    def _duration(self, design: ManeuverDesign) -> float | None:
         try:
             self.plans[design.label] = planned(self.rivals[0].model.fitted_rig(), design.content)
             return self.plans[design.label].duration_s
         except LongreachError as refused:
-            self.tell(f"  {design.label}: not on this rig ({refused.refusal.what})")
+            self.progress(f"  {design.label}: not on this rig ({refused.refusal.what})")
             return None
 
-    def _log(self, design: Design, truth: int) -> Measured:
+    def _log(self, design: ManeuverDesign, truth: int) -> Measured:
         """What this explanation's rig would log. ManeuverError when that run would not be safe."""
         key = (design.label, truth)
         if key not in self.logs:
@@ -126,18 +125,18 @@ class _Course:
             self.logs[key] = measured_on(self.rivals[truth].model.fitted_rig(), design.content, plan)
         return self.logs[key]
 
-    def _bounded(self, design: Design) -> _Known | None:
+    def _bounded(self, design: ManeuverDesign) -> _Known | None:
         """Every pair with the constants held, the first of it as the truth."""
         if any(design == other.design for other in self.seen):
             return None
         try:
             found = {pair: comparison.bound() for pair, comparison in self._comparisons(design, self.pairs, self.measured)}
         except LongreachError as refused:
-            self.tell(f"  {design.label}: not on this rig ({refused.refusal.what})")
+            self.progress(f"  {design.label}: not on this rig ({refused.refusal.what})")
             return self._bounded(design.smaller) if design.smaller else None
         proposal = self._proposal(design, found)
         self.seen.append(proposal)
-        self.tell(f"  {design.label}: expected t at most {proposal.least.t:.1f} in {proposal.duration_s:.0f} s")
+        self.progress(f"  {design.label}: expected t at most {proposal.least.t:.1f} in {proposal.duration_s:.0f} s")
         return _Known(proposal, found, self._ways)
 
     @property
@@ -159,21 +158,21 @@ class _Course:
             found[pair] = found[pair].or_less(comparison.exact())
         further = _Known(self._proposal(design, found), found, known.ways[1:])
         most = "" if further.settled else "at most "
-        self.tell(f"  {design.label}: expected t {most}{further.proposal.least.t:.1f} with all constants refitted")
+        self.progress(f"  {design.label}: expected t {most}{further.proposal.least.t:.1f} with all constants refitted")
         return further
 
-    def _safe(self, design: Design) -> bool:
+    def _safe(self, design: ManeuverDesign) -> bool:
         """Whether the rigs of all explanations could run it: any of them may be the truth."""
         for number, rival in enumerate(self.rivals):
             try:
                 self._log(design, number)
             except LongreachError as refused:
-                self.tell(f"  {design.label}: not if {rival.name} is the truth ({refused.refusal.what})")
+                self.progress(f"  {design.label}: not if {rival.name} is the truth ({refused.refusal.what})")
                 return False
         return True
 
     def _comparisons(
-        self, design: Design, pairs: Sequence[tuple[int, int]], channels: tuple[str, ...], alike: bool = True
+        self, design: ManeuverDesign, pairs: Sequence[tuple[int, int]], channels: tuple[str, ...], alike: bool = True
     ) -> Iterator[tuple[tuple[int, int], Comparison]]:
         """(truth, rival) in turn, with the truth's constants or (not `alike`) with the rival's own; the truth's floor is computed once."""
         for truth in sorted({pair[0] for pair in pairs}):
@@ -181,14 +180,14 @@ class _Course:
             beside = run.alike if alike else run.beside
             yield from ((pair, beside(self.rivals[pair[1]])) for pair in pairs if pair[0] == truth)
 
-    def _run(self, design: Design, truth: int, channels: tuple[str, ...]) -> Run:
+    def _run(self, design: ManeuverDesign, truth: int, channels: tuple[str, ...]) -> RivalRun:
         """The last few are kept: the maneuver that is refitted is mostly one of them."""
         key = (design.label, truth, channels)
         run = self.runs.pop(key, None) or observed(self.loaded, self.rivals[truth], self._log(design, truth), channels, PROCESSORS)
         self.runs = dict([*self.runs.items(), (key, run)][-HELD_RUNS:])
         return run
 
-    def _proposal(self, design: Design, found: Mapping[tuple[int, int], Separation], sensor: ExtraSensor | None = None) -> Proposal:
+    def _proposal(self, design: ManeuverDesign, found: Mapping[tuple[int, int], Separation], sensor: ExtraSensor | None = None) -> Proposal:
         pairs = tuple(Pair((self.rivals[a].name, self.rivals[b].name), found[a, b]) for a, b in self.pairs)
         return Proposal(design, pairs, self._log(design, 0).duration_s, sensor)
 
@@ -205,7 +204,7 @@ class _Course:
                     known[pair] = separation
             for extra, separations in zip(self.extras, told, strict=True):
                 proposal = self._proposal(bound.design, separations, extra)
-                self.tell(f"  {bound.design.label} with {extra.text}: expected t {proposal.least.t:.1f}")
+                self.progress(f"  {bound.design.label} with {extra.text}: expected t {proposal.least.t:.1f}")
                 found += [proposal] if proposal.repeats else []
         return min(found, key=lambda proposal: proposal.rank)
 
@@ -214,7 +213,7 @@ class _Course:
         """All channels, with those of sensors the rig does not have."""
         return (*self.measured, *(channel for extra in self.extras for channel in extra.channels))
 
-    def _apart(self, design: Design) -> float:
+    def _apart(self, design: ManeuverDesign) -> float:
         """How far apart sensors the rig does not have would show the nearest pair, before anything is refitted."""
         if not self.extras:
             return 0.0

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gap.maneuvers.designs import Design
+from gap.maneuvers.designs import ManeuverDesign
 from gap.maneuvers.extra_sensor import ExtraSensor
 from gap.maneuvers.separation import Separation
 
@@ -41,7 +41,7 @@ class Pair:
 class Proposal:
     """One maneuver and how well it would separate every pair; `sensor`: only with these channels fitted."""
 
-    design: Design
+    design: ManeuverDesign
     pairs: tuple[Pair, ...]
     duration_s: float
     sensor: ExtraSensor | None = None

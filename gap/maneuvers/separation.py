@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from config.load import LoadedRig
+from config.loading.load import LoadedRig
 from gap.data.measured import Array, Measured
 from gap.data.noise import noise_floors
 from gap.data.windows import Experiment, prepare
@@ -28,7 +28,7 @@ from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities
 from gap.fitting.simulate import simulate
 from gap.maneuvers.earlier_logs import EarlierLogs
-from gap.search.window_length import window_length_s
+from gap.signatures.window_length import window_length_s
 
 _LOOSE = 1e-6  # precision of a parameter without a prior
 
@@ -69,7 +69,7 @@ class Separation:
 
 
 @dataclass(frozen=True)
-class Run:
+class RivalRun:
     """A maneuver run on the rig of one explanation, cut into windows of the `channels` looked at."""
 
     truth: Rival
@@ -108,7 +108,7 @@ class Run:
 class Comparison:
     """A rival, with the sensors looked at, on a log of the truth: `seen` is what it leaves of it, windows × (values + start states)."""
 
-    run: Run
+    run: RivalRun
     rival: Rival
     seen: Evaluation
 
@@ -179,13 +179,13 @@ class Comparison:
         return max(paired_t(sides[:1], sides[1:]), 0.0)
 
 
-def observed(loaded: LoadedRig, truth: Rival, log: Measured, measured: Sequence[str] | None = None, workers: int = 1) -> Run:
+def observed(loaded: LoadedRig, truth: Rival, log: Measured, measured: Sequence[str] | None = None, workers: int = 1) -> RivalRun:
     """The truth's own log, cut into windows. `measured`: the channels looked at (default: all of the log)."""
     channels = tuple(name for name in log.channels if measured is None or name in measured)
     sigma: Mapping[str, float] = noise_floors([log], truth.model.rig)
     window_s = window_length_s(loaded.rig, [log], sigma)
     rig = truth.seen_by(channels).model.rig
-    return Run(truth, prepare(log, rig, sigma, window_s, channels, workers), channels)
+    return RivalRun(truth, prepare(log, rig, sigma, window_s, channels, workers), channels)
 
 
 def _of_sensors(model: Model, channels: Sequence[str]) -> Model:

@@ -1,0 +1,4 @@
+"""The report as one HTML page, and its pictures.
+
+Imports every room of gap.
+"""

@@ -12,21 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_filter
 
-from config.rig import Rig
+from config.schema.effect_library import EFFECTS
+from config.schema.rig import Rig
 from gap.data.measured import Array
 from gap.fitting.evaluation import Evaluation
-from gap.report.localise import operating_values
+from gap.outcome.localise import operating_values
 
-VARIABLE = {
-    "coulomb_friction": "velocity", "stiction": "velocity", "viscous_friction": "velocity", "asymmetric_friction": "velocity",
-    "pressure_friction": "velocity", "backlash": "velocity", "inertia_error": "acceleration", "gravity": "position",
-    "valve_deadband": "command_V", "valve_hysteresis": "command_V", "valve_null_bias": "command_V", "valve_saturation": "command_V",
-    "valve_flow_asymmetry": "command_V", "valve_lag": "command_rate", "transport_delay": "command_rate", "cross_leakage": "command_V",
-    "external_leakage": "command_V", "bulk_modulus_temperature": "acceleration", "entrained_air": "acceleration",
-    "hose_compliance": "acceleration", "supply_droop": "velocity", "return_back_pressure": "velocity", "line_loss": "velocity",
-    "link_flexibility": "acceleration", "payload_error": "acceleration", "link_damping_error": "velocity", "sensor_delay": "velocity",
-    "sensor_scale": "reading", "sensor_offset": "reading", "sensor_polarity": "reading", "sensor_quantization": "reading",
-}  # fmt: skip
 _SPAN = 11  # samples of the local cubic that gives rates
 
 
@@ -37,13 +28,14 @@ class Fingerprint:
     channel: str
     variable: str
     left: str
+    unit: str  # of what is left (SI)
     derivative: int  # of what is left
 
 
 def fingerprint_of(effect: str, where: str, channels: Sequence[str], fallback: str, rig: Rig) -> Fingerprint:
     """Where an effect shows: the position of its joint, its sensor, the tip for the link; else the channel `fallback`."""
     channel = next((name for name in _homes(where) if name in channels), fallback)
-    return seen_in(channel, VARIABLE.get(effect, "velocity"), rig)
+    return seen_in(channel, EFFECTS[effect].variable, rig)
 
 
 def seen_in(channel: str, kind: str, rig: Rig) -> Fingerprint:
@@ -52,12 +44,12 @@ def seen_in(channel: str, kind: str, rig: Rig) -> Fingerprint:
     joint = joint if joint in rig.joints else next(iter(rig.joints))
     variable = channel if kind == "reading" else f"{joint}.{kind}"
     if not channel.endswith(".position") or kind == "reading":
-        return Fingerprint(channel, variable, "left over", 0)
+        return Fingerprint(channel, variable, "left over", "", 0)
     plain = rig.plant is not None and not rig.plant.joints[joint].is_hydraulic
     unit = "rad" if rig.joints[joint].motion == "rotary" else "m"
     if plain and kind in ("velocity", "acceleration", "position"):
-        return Fingerprint(channel, variable, f"acceleration left over ({unit}/s²)", 2)
-    return Fingerprint(channel, variable, f"rate left over ({unit}/s)", 1)
+        return Fingerprint(channel, variable, "acceleration left over", f"{unit}/s^2", 2)
+    return Fingerprint(channel, variable, "rate left over", f"{unit}/s", 1)
 
 
 def _homes(where: str) -> list[str]:
@@ -84,15 +76,14 @@ def abscissa(evaluation: Evaluation, variable: str, rig: Rig) -> Array:
     return _reading(evaluation, variable)
 
 
-def abscissa_label(variable: str, rig: Rig) -> str:
-    """The variable with its unit."""
+def unit_of(variable: str, rig: Rig) -> str:
+    """SI unit of an operating variable of a joint; empty for anything else."""
     joint, _, kind = variable.rpartition(".")
     if joint not in rig.joints:
-        return variable
+        return ""
     length = "rad" if rig.joints[joint].motion == "rotary" else "m"
-    units = {"velocity": f"{length}/s", "acceleration": f"{length}/s²", "position": length, "command_rate": "V/s", "command_V": "V"}
-    unit = units.get(kind)
-    return f"{joint}.{kind.removesuffix('_V')} ({unit})" if unit else variable
+    units = {"velocity": f"{length}/s", "acceleration": f"{length}/s^2", "position": length, "command_rate": "V/s", "command_V": "V"}
+    return units.get(kind, "")
 
 
 def ordinate(evaluation: Evaluation, channel: int, derivative: int) -> Array:
@@ -106,6 +97,7 @@ def ordinate(evaluation: Evaluation, channel: int, derivative: int) -> Array:
 
 
 def _reading(evaluation: Evaluation, channel: str) -> Array:
-    plan = evaluation.experiment.plan
+    """NaN where the log lacks the channel."""
+    plan, channels = evaluation.experiment.plan, evaluation.experiment.log.channels
     rows = plan.starts[:, None] + plan.every * np.arange(plan.samples)[None, :]
-    return np.asarray(evaluation.experiment.log.channels[channel].values[rows])
+    return np.asarray(channels[channel].values[rows]) if channel in channels else np.full(rows.shape, np.nan)

@@ -8,8 +8,8 @@ from functools import lru_cache
 from math import log
 from pathlib import Path
 
-from config.load import read_text
-from config.yaml_tree import parse
+from config.loading.load import read_text
+from config.parsing.yaml_tree import parse
 
 RECORD = Path(__file__).with_name("naming_record.yaml")  # written by `make blind`
 

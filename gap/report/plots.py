@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
-from html import escape
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from gap.fitting.evaluation import Evaluation, mean_cost
+from gap.outcome.file_units import FileUnits, Shown
+from gap.outcome.spectrum_left import spectrum
 from gap.report.bootstrap import cost_interval
-from gap.report.fingerprint import Fingerprint, abscissa, abscissa_label, ordinate
-from gap.report.localise import spectrum
+from gap.report.fingerprint import Fingerprint, abscissa, ordinate, unit_of
+from gap.report.inline_picture import inline as _inline
 from gap.report.replay import JointReplay
 
 BEFORE, BETWEEN, AFTER, FLOOR_COLOUR = "#c0392b", "#d68910", "#1f7a4d", "#777777"
@@ -72,30 +71,33 @@ def _stage_axis(axes: Any, stages: Sequence[Stage]) -> None:
     axes.tick_params(axis="y", labelsize=7)
 
 
-def revealing_window(before: Sequence[Evaluation], after: Sequence[Evaluation], channel: int, name: str, unit: str) -> str:
-    """Measured and simulated in the window where the gap was largest, before and after; start states at their best in both."""
-    figure = Figure(figsize=(_WIDTH, 3.8), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
-    start_s = draw_window(top, bottom, before, after, channel, name, unit)
-    return _inline(figure, f"{name} in the window from {start_s:.2f} s where the gap was largest")
+def before_and_after(stages: Sequence[Stage], channel: int, name: str, shown: Shown) -> str:
+    """The gap on one screen: the hold-out's cost, and the window where the gap was largest with start states at their best in both."""
+    figure = Figure(figsize=(_WIDTH, 3.1), layout="constrained")
+    grid: dict[str, Any] = figure.subplot_mosaic([["costs", "signal"], ["costs", "left"]], width_ratios=(2, 5))
+    grid["signal"].sharex(grid["left"])
+    before, after = stages[0], stages[-1]
+    draw_costs(grid["costs"], [before, after])
+    start_s = draw_window(grid["signal"], grid["left"], before[1], after[1], channel, name, shown)
+    return _inline(figure, f"The gap before and after: cost of the hold-out, and {name} in the window from {start_s:.2f} s")
 
 
 def draw_window(
-    top: Any, bottom: Any, before: Sequence[Evaluation], after: Sequence[Evaluation], channel: int, name: str, unit: str
+    top: Any, bottom: Any, before: Sequence[Evaluation], after: Sequence[Evaluation], channel: int, name: str, shown: Shown
 ) -> float:
     """Signals above, what is left of them below; returns the window's start."""
     log, window = _largest(before, channel)
-    experiment = before[log].experiment
+    experiment, unit = before[log].experiment, shown.unit
     t, measured = experiment.times_s[window], experiment.measured[window, :, channel]
     sigma = experiment.sigma[channel]
-    top.plot(t, measured, color="black", linewidth=2.5, label="measured")
+    top.plot(t, shown.of(measured), color="black", linewidth=2.5, label="measured")
     for evaluation, colour, label, style in ((before[log], BEFORE, "rig file", "-"), (after[log], AFTER, "improved", "--")):
         left = _left(evaluation, channel)[window] * sigma
-        top.plot(t, measured - left, style, color=colour, linewidth=1.2, label=label)
-        bottom.plot(t, left, color=colour, linewidth=1, label=label)
-    bottom.axhspan(-2 * sigma, 2 * sigma, color=FLOOR_COLOUR, alpha=0.3, label="noise, 2 sd")
+        top.plot(t, shown.of(measured - left), style, color=colour, linewidth=1.2, label=label)
+        bottom.plot(t, shown.factor * left, color=colour, linewidth=1, label=label)
+    bottom.axhspan(-2 * shown.factor * sigma, 2 * shown.factor * sigma, color=FLOOR_COLOUR, alpha=0.3, label="noise, 2 sd")
     top.set_ylabel(f"{name} ({unit})" if unit else name, fontsize=8)
-    bottom.set_ylabel(f"measured − simulated ({unit})", fontsize=8)
+    bottom.set_ylabel(f"left over ({unit})" if unit else "left over", fontsize=8)
     bottom.set_xlabel("t (s)", fontsize=8)
     for axes in (top, bottom):
         axes.legend(fontsize=7, loc="best")
@@ -103,35 +105,41 @@ def draw_window(
     return float(t[0])
 
 
-def fingerprint(before: Sequence[Evaluation], after: Sequence[Evaluation], channel: int, what: Fingerprint, rig: Rig) -> str:
+def fingerprint(
+    before: Sequence[Evaluation], after: Sequence[Evaluation], channel: int, what: Fingerprint, rig: Rig, units: FileUnits
+) -> str:
     """What is left over against the effect's own variable, with the mean of every bin: the effect's shape before, nothing after."""
     figure = Figure(figsize=(_WIDTH, 3.0), layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
-    draw_fingerprint(panels, before, after, channel, what, rig)
+    draw_fingerprint(panels, before, after, channel, what, rig, units)
     return _inline(figure, f"{what.left} of {what.channel} against {what.variable}, before and after")
 
 
 def draw_fingerprint(
-    panels: Any, before: Sequence[Evaluation], after: Sequence[Evaluation], channel: int, what: Fingerprint, rig: Rig
+    panels: Any, before: Sequence[Evaluation], after: Sequence[Evaluation], channel: int, what: Fingerprint, rig: Rig, units: FileUnits
 ) -> None:
     """One panel before, one after, on one scale."""
-    highest = 0.0
+    highest, over, size = 0.0, units.channel(what.variable, unit_of(what.variable, rig)), units.channel(what.channel, what.unit)
     for axes, evaluations, colour, title in zip(panels, (before, after), (BEFORE, AFTER), ("rig file", "improved"), strict=True):
         x = np.concatenate([abscissa(e, what.variable, rig).ravel() for e in evaluations])
         y = np.concatenate([ordinate(e, channel, what.derivative).ravel() for e in evaluations])
         there = np.isfinite(x) & np.isfinite(y)
-        x, y = x[there], y[there]
+        x, y = over.of(x[there]), size.factor * y[there]
         pick = np.random.default_rng(0).permutation(x.size)[:_DOTS]
         axes.plot(x[pick], y[pick], ".", markersize=1.5, color=colour, alpha=0.35)
         axes.plot(*_bin_means(x, y), color="black", linewidth=1.5, label="mean of each bin")
         axes.axhline(0.0, color=FLOOR_COLOUR, linewidth=0.8)
         axes.set_title(title, fontsize=8)
-        axes.set_xlabel(abscissa_label(what.variable, rig), fontsize=8)
+        axes.set_xlabel(_labelled(what.variable.removesuffix("_V"), over.unit), fontsize=8)
         axes.tick_params(labelsize=7)
         highest = max(highest, float(np.quantile(np.abs(y), 0.995)))
     panels[0].set_ylim(-1.1 * highest, 1.1 * highest)
-    panels[0].set_ylabel(f"{what.channel}:\n{what.left}", fontsize=8)
+    panels[0].set_ylabel(f"{what.channel}:\n{_labelled(what.left, size.unit if what.unit else '')}", fontsize=8)
     panels[0].legend(fontsize=7)
+
+
+def _labelled(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit else name
 
 
 def _bin_means(x: Any, y: Any) -> tuple[Any, Any]:
@@ -172,12 +180,12 @@ def carried(discrepancy: dict[str, Any]) -> str:
     return _inline(figure, f"Imbalance of the {discrepancy['equation']} over {', '.join(item['input'] for item in inputs)}")
 
 
-def closed_loop_replay(replay: JointReplay) -> str:
+def closed_loop_replay(replay: JointReplay, shown: Shown) -> str:
     """Command and tracking error of one joint over the whole run: measured, and simulated with either file."""
     figure = Figure(figsize=(_WIDTH, 4.0), layout="constrained")
     panels = figure.subplots(2, 1, sharex=True)
-    drawn = (replay.commands_V, replay.errors)
-    for axes, values, label in zip(panels, drawn, ("command (V)", f"tracking error ({replay.unit})"), strict=True):
+    drawn = (replay.commands_V, tuple(shown.factor * errors for errors in replay.errors))
+    for axes, values, label in zip(panels, drawn, ("command (V)", f"tracking error ({shown.unit})"), strict=True):
         for series, colour, name, style in zip(
             values, ("black", BEFORE, AFTER), ("measured", "rig file", "improved"), ("-", "-", "--"), strict=True
         ):
@@ -199,9 +207,3 @@ def _largest(evaluations: Sequence[Evaluation], channel: int) -> tuple[int, int]
     sizes = [np.mean(_left(e, channel) ** 2, axis=1) for e in evaluations]
     log = int(np.argmax([size.max() for size in sizes]))
     return log, int(np.argmax(sizes[log]))
-
-
-def _inline(figure: Figure, says: str) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110)
-    return f'<img alt="{escape(says)}" src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'

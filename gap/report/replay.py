@@ -15,11 +15,11 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import correlate
 
 from config.errors import LongreachError
-from config.rig import Rig
+from config.schema.rig import Rig
 from gap.data.logged_run import LoggedRun, logged_run
 from gap.data.measured import Array
 from gap.maneuvers.closed_loop import ClosedLoop, closed_loop
-from sim_backend.batch import quiet
+from sim_backend.kernel.batch import quiet
 from sim_backend.plant import SimulatedRig
 
 SMOOTH_S = 0.05

@@ -6,53 +6,78 @@ import difflib
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
 
-from config.load import rig_from_text
+from config.loading.load import rig_from_text
+from config.readable import number
+from config.whole_file import write_whole
+from gap.outcome.file_units import FileUnits
+from gap.outcome.found import Found
+from gap.remainder.remainder import sentence
 from gap.report import plots
-from gap.report.found import Found
+from gap.report.constants_table import constants_table
+from gap.report.headline import gap_line, grade, held_line, lead_line, look_alikes, pulled_lines, values
 from gap.report.kept_sentence import kept_sentence
 from gap.report.naming_record import how_often_right, named_of
-from gap.report.page import folded, page, paragraph, table
-from gap.report.remainder import sentence
 from gap.report.replay import SMOOTH_S, replays
-from gap.report.shown import fingerprints, stages, telling_channel, unit_of_channel
+from gap.report.shown import fingerprints, of_channel, region_text, stages, telling_channel
 from gap.report.unseen import Unseen
 from gap.search.search_state import Step
-from tuning.record_file import write_whole
+from recording.evaluation.page import page, paragraph, table
 
 
-def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = (), request: Path | None = None) -> None:
-    """Write the page. `request`: the first hold-out's run, where that log does not hold it."""
-    parts = [_head(found), _findings(found), _next(found), _places(found), _shrink(found), _remainder(found), _unseen(unseen),
-             _fingerprints(found), _spectra(found), _replay(found, request), _constants(found), _not_seen(found), _diff(found),
+def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = (), request: Path | None = None, si: bool = False) -> None:
+    """Write the page, its first screen by itself, in the units of the rig file (`si`: in SI). `request`: the first hold-out's run, where
+    that log does not hold it."""
+    units = FileUnits(found.rig.text, si)
+    parts = [_first_screen(found, units), _findings(found, units), _next(found), _places(found, units), _steps(found),
+             _remainder(found, units), _unseen(unseen), _fingerprints(found, units), _spectra(found),
+             _replay(found, request, units), constants_table(found, units), _not_seen(found, units), _diff(found),
              _inputs(found)]  # fmt: skip
     write_whole(path, page(f"{found.rig.rig.name}: {found.verdict.word}", parts))
 
 
-def _head(found: Found) -> str:
+def _first_screen(found: Found, units: FileUnits) -> str:
+    """Verdict, names with values, the numbers before and after, and the picture."""
     sure = found.verdict.confirmed and not any(step.weak for step in found.state.steps)
-    calm = "" if sure else " open"
-    warnings = "".join(paragraph(f"Data: {problem.text()}", "small") for problem in found.problems)
-    said = f'<p class="verdict{calm}"><b>{found.verdict.word}</b>: {escape(found.verdict.why)}</p>'
-    return f"<h1>Gap report: {escape(found.rig.rig.name)}</h1>{said}{warnings}"
+    said = f'<p class="verdict{"" if sure else " open"}"><b>{found.verdict.word}</b>: {escape(units.sentences.text(found.verdict.why))}</p>'
+    items = found.content["findings"]
+    rows = [
+        [f"{item['effect']} at {item['where']}", grade(item, units), values(item, units), look_alikes(item) or "none"] for item in items
+    ]
+    names = table(["missing effect", "", "value (95 %)", "look-alikes"], rows) if rows else ""
+    lines = [
+        *(lead_line(item, units) for item in found.content["leads"]),
+        gap_line(found.content),
+        *pulled_lines(found.content, units),
+        *(held_line(item, units) for item in found.content["held"]),
+    ]
+    channel = telling_channel(found)
+    name = found.channels[channel]
+    picture = plots.before_and_after(stages(found), channel, name, of_channel(found, name, units))
+    inside = f"<h1>{escape(found.rig.rig.name)}</h1>{said}{names}{''.join(map(paragraph, lines))}{picture}"
+    return f'<section class="first">{inside}</section>'
 
 
-def _findings(found: Found) -> str:
-    rows, notes = [], []
-    records = [_record(found, step) for step in found.state.steps]
+def _findings(found: Found, units: FileUnits) -> str:
+    """What each name rests on, and what was odd about the data."""
+    warnings = "".join(paragraph(f"Data: {units.sentences.text(problem.text())}", "small") for problem in found.problems)
+    tried = [*found.content["leads"], *found.content["findings"]]
+    sure = [f"Probability {item['probability']:.3g}; not calibrated yet." for item in tried if "probability" in item]
+    records = sure or [_record(found, step) for step in found.state.steps]
     records += ["Read off the logs, not fitted."] * len(found.state.coarse)
-    for item, record in zip(found.content["findings"], records, strict=True):
-        values = "; ".join(
-            f"{key} = {p['value']} {p['unit']} (95%: {p['ci95'][0]} to {p['ci95'][1]})" for key, p in item["parameters"].items()
-        )
-        alike = ", ".join(f"{x['effect']} at {x['where']} (gain {x['holdout_gain']})" for x in item["look_alikes"]) or "none"
-        grade = "confirmed" if item["confirmed"] else "tentative"
-        rows.append([f"{item['effect']} at {item['where']}", grade, item["equation"], values, item["holdout_gain"], item["t"], alike])
-        notes.append(paragraph(f"{item['effect']} at {item['where']}: {item['fingerprint']} {record}"))
+    rows, notes = [], []
+    for item, record in zip(tried, records, strict=True):
+        name = f"{item['effect']} at {item['where']}" + ("" if item in found.content["findings"] else " (not named, not in the file)")
+        alike = ", ".join(f"{x['effect']} at {x['where']} (gain {_short(x['holdout_gain'])})" for x in item["look_alikes"]) or "none"
+        rows.append([name, item["equation"], _short(item["holdout_gain"]), _short(item["t"]), alike])
+        notes.append(paragraph(f"{name}: {item['fingerprint']} {record}"))
     if not rows:
-        return "<h2>Findings</h2>" + paragraph("No missing effect is named.")
-    return "<h2>Findings</h2>" + table(["effect", "", "equation", "parameters", "gain", "t", "look-alikes"], rows) + "".join(notes)
+        return "<h2>Findings</h2>" + paragraph("No missing effect is named.") + warnings
+    return "<h2>Findings</h2>" + table(["effect", "equation", "gain", "t", "look-alikes"], rows) + "".join(notes) + warnings
+
+
+def _short(value: float | None) -> str:
+    return "" if value is None else number(float(value))
 
 
 def _record(found: Found, step: Step) -> str:
@@ -75,32 +100,34 @@ def _next(found: Found) -> str:
     return "<h2>Next maneuver</h2>" + paragraph(f"{' or '.join(proposal['separates'])}: {what}: {proposal['why']}.")
 
 
-def _places(found: Found) -> str:
-    rows = [[p.channel, p.equation, p.region, f"{p.band_Hz[0]:g} to {p.band_Hz[1]:g}", f"{p.share:.0%}"] for p in found.places]
-    channels = found.content["gap"]["channels"]
-    sizes = [[name, f"{c['before']:.4g}", f"{c['after']:.4g}", c["unit"]] for name, c in channels.items()]
+def _places(found: Found, units: FileUnits) -> str:
+    rows = [
+        [p.channel, p.equation, region_text(p, found.rig.rig, units), f"{p.band_Hz[0]:g} to {p.band_Hz[1]:g}", f"{p.share:.0%}"]
+        for p in found.places
+    ]
+    sizes = []
+    for name, c in found.content["gap"]["channels"].items():
+        shown = of_channel(found, name, units)
+        sizes.append([name, *(number(float(shown.factor * c[side])) for side in ("before", "after")), shown.unit])
     where = (
         table(["channel", "equation", "region", "band (Hz)", "share of the gap"], rows) if rows else paragraph("Nothing above the noise.")
     )
     return "<h2>Where</h2>" + where + "<h3>Error in each channel (rms)</h3>" + table(["channel", "before", "after", "unit"], sizes)
 
 
-def _shrink(found: Found) -> str:
-    """The cost step by step, then the window that shows it best."""
-    channel = telling_channel(found)
-    name = found.channels[channel]
-    window = plots.revealing_window(found.nominal, found.final, channel, name, unit_of_channel(found, name))
-    return f"<h2>Gap, step by step</h2>{plots.waterfall(stages(found), found.channels)}<h2>Most revealing window</h2>{window}"
+def _steps(found: Found) -> str:
+    """The cost step by step."""
+    return f"<h2>Gap, step by step</h2>{plots.waterfall(stages(found), found.channels)}"
 
 
-def _remainder(found: Found) -> str:
+def _remainder(found: Found, units: FileUnits) -> str:
     """What is left without a name, and whether the improved rig file has it."""
     rest = found.content["remainder"]
     if not rest:
         return ""
     equation = rest["discrepancy"]
     picture = plots.carried(equation) if equation and equation["carried_by"] else ""
-    return "<h2>What is left</h2>" + paragraph(f"{sentence(rest)} {kept_sentence(rest)}") + picture
+    return "<h2>What is left</h2>" + paragraph(units.sentences.text(f"{sentence(rest)} {kept_sentence(rest)}")) + picture
 
 
 def _unseen(logs: Sequence[Unseen]) -> str:
@@ -115,9 +142,9 @@ def _cost(value: float, ci95: tuple[float, float]) -> str:
     return f"{value:.4g} ({ci95[0]:.3g} to {ci95[1]:.3g})"
 
 
-def _fingerprints(found: Found) -> str:
+def _fingerprints(found: Found, units: FileUnits) -> str:
     pictures = [
-        (label, plots.fingerprint(found.nominal, found.final, found.channels.index(what.channel), what, found.rig.rig))
+        (label, plots.fingerprint(found.nominal, found.final, found.channels.index(what.channel), what, found.rig.rig, units))
         for label, what in fingerprints(found)
     ]
     return "".join(f"<h2>Fingerprint: {escape(label)}</h2>{picture}" for label, picture in pictures)
@@ -129,61 +156,38 @@ def _spectra(found: Found) -> str:
     return f"<h2>Spectrum of what is left of {escape(name)}</h2>" + plots.spectra(found.nominal, found.final, channel, name)
 
 
-def _replay(found: Found, request: Path | None) -> str:
+def _replay(found: Found, request: Path | None, units: FileUnits) -> str:
     """The first hold-out log's run under the real controller, from the reference."""
     title = "<h2>Closed-loop replay</h2>"
     improved = rig_from_text(found.improved_text, "improved rig.yaml")
-    shown = replays(found.state.holdouts[0].log.path, found.rig.rig, improved, request)
-    if isinstance(shown, str):
-        return title + paragraph(shown)
+    replayed = replays(found.state.holdouts[0].log.path, found.rig.rig, improved, request)
+    if isinstance(replayed, str):
+        return title + paragraph(replayed)
     said = (
         f"The hold-out's run simulated with the controller, from its reference alone; means over {SMOOTH_S * 1e3:.0f} ms. Difference, rms:"
     )
-    rows = [[r.joint, *(f"{v:.3g}" for v in r.rms()[:2]), *(f"{v:.3g} {r.unit}" for v in r.rms()[2:])] for r in shown]
+    shown = [units.channel(r.joint, r.unit) for r in replayed]
+    rows = [
+        [r.joint, *(f"{v:.3g}" for v in r.rms()[:2]), *(f"{of.factor * v:.3g} {of.unit}" for v in r.rms()[2:])]
+        for r, of in zip(replayed, shown, strict=True)
+    ]
     head = ["joint", "command before (V)", "command after (V)", "tracking error before", "tracking error after"]
-    return title + paragraph(said) + table(head, rows) + "".join(plots.closed_loop_replay(r) for r in shown)
+    pictures = "".join(plots.closed_loop_replay(r, of) for r, of in zip(replayed, shown, strict=True))
+    return title + paragraph(said) + table(head, rows) + pictures
 
 
-def _constants(found: Found) -> str:
-    rows, alarms = [], []
-    ranked = sorted(found.content["parameters"].items(), key=lambda item: -_pull(item[1]))
-    for key, c in ranked:
-        prior = f"{c['prior']['value']} ± {c['prior']['sd']:.3g} [{c['prior']['tag'] or 'no tag'}]"
-        span = f"{c['ci95'][0]} to {c['ci95'][1]}"
-        rows.append([key, prior, c["value"], span, c["unit"], f"{_pull(c):.1f}", _by_log(c), "left its prior" if c["alarm"] else ""])
-        alarms.append(c["alarm"])
-    if not rows:
-        return "<h2>Constants</h2>" + paragraph("The logs see none of the rig file's constants.")
-    said = "What the logs say of the rig file's constants, those pulled most first; the others are not seen beyond their priors."
-    head = ["constant", "rig file ± prior sd", "refitted", "95%", "unit", "pull (sd)", "each log by itself ± se", ""]
-    several = sum(_pull(c) > 0.5 for _, c in ranked)
-    shown = table(head, rows[:several], alarms[:several]) if several else paragraph("None is pulled by more than half of its prior.")
-    return f"<h2>Constants</h2>{paragraph(said)}{shown}" + folded("The others", table(head, rows[several:]))
-
-
-def _by_log(constant: dict[str, Any]) -> str:
-    """A changed constant as every log by itself has it."""
-    if "by_log" not in constant:
-        return ""
-    values = "; ".join(f"{row['file']}: {row['value']} ± {row['se']}" for row in constant["by_log"])
-    return f"{values} (p = {constant['p']:.2g})"
-
-
-def _pull(constant: dict[str, Any]) -> float:
-    return float(abs(constant["value"] - constant["prior"]["value"]) / constant["prior"]["sd"])
-
-
-def _not_seen(found: Found) -> str:
+def _not_seen(found: Found, units: FileUnits) -> str:
     """The sizes are what the search says of itself; the blind test says how true that is."""
     sizes = (1.0, 3.0)
     rows = [
-        [r["effect"], r["where"], r["parameter"], r["smallest_visible"], r["unit"], *(named_of(k, r["effect"]) for k in sizes)]
+        [r["effect"], r["where"], r["parameter"], units.channel(r["where"], r["unit"]).text(r["smallest_visible"]),
+         *(named_of(k, r["effect"]) for k in sizes)]
         for r in found.content["not_seen"]
-    ]
+    ]  # fmt: skip
     said = "Effects that were looked for and not named, with the smallest size that these logs would have shown, as the search reckons it."
     if all(every := [named_of(k) for k in sizes]):
         said += f" In the blind test {every[0]} effects of that size were named and {every[1]} of three times it."
-    heads = ["effect", "where", "parameter", "smallest visible", "unit", "blind test: named at this size", "at three times it"]
+    heads = ["effect", "where", "parameter", "smallest visible", "blind test: named at this size", "at three times it"]
     return "<h2>Not seen</h2>" + paragraph(said) + table(heads, rows)
 
 

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from config.errors import LogError
-from config.load import rig_from_text
-from config.rig import Rig
-from gap.data.measured import Measured, load
+from config.loading.load import rig_from_text
+from config.schema.rig import Rig
+from gap.data.log_parts import load_parts
+from gap.data.measured import Measured
 from gap.data.windows import Experiment, prepare
 from gap.fitting.evaluation import Costing, evaluate, mean_cost
 from gap.fitting.model import Model
+from gap.outcome.found import Found
 from gap.report.bootstrap import cost_interval
-from gap.report.found import Found
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,17 +43,14 @@ class Unseen:
 
 
 def unseen(found: Found, paths: Sequence[Path]) -> list[Unseen]:
-    """Judge every log. LogError for one that the search has used, or that lacks a channel."""
-    return [_judged(found, load(path, found.rig.rig)) for path in paths]
+    """Judge every log in the channels it has. LogError for one that the search has used."""
+    return [_judged(found, log) for log in load_parts(paths, found.rig.rig)]
 
 
 def _judged(found: Found, log: Measured) -> Unseen:
     used = {e.log.sha256: str(e.log.path) for e in (*found.state.experiments, *found.state.holdouts)}
     if log.sha256 in used:
         raise LogError("the log was used by the search", value=used[log.sha256], where=str(log.path), next_step="Give a log of its own.")
-    missing = [name for name in found.channels if name not in log.channels]
-    if missing:
-        raise LogError("the log lacks channels that were compared", value=", ".join(missing), where=str(log.path))
     experiment = _windows(found, log)
     improved = rig_from_text(found.improved_text, "improved rig.yaml")
     sides = [_cost(experiment, rig, found.state.costs) for rig in (found.rig.rig, improved)]

@@ -1,0 +1,4 @@
+"""Which effects are added: trials, acceptance, exchange, verdict.
+
+Imports `data`, `fitting` and `signatures`.
+"""

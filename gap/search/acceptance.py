@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
-from config.effect_entry import EffectEntry
+from config.progress import Progress
+from config.schema.effect_entry import EffectEntry
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import REFIT_STEPS, Fit, fit, settled, whole_fit
 from gap.fitting.initial_states import marginalised
 from gap.fitting.simulate import remembering
-from gap.search.screen import points
-from gap.search.search_state import LEAST_DROP, Rest, Search, Step
+from gap.search.search_state import LEAST_DROP, GateSearch, Rest, Step
 from gap.search.trial import Base, effects, effects_only, first_trial, has_size, own_trial
 from gap.search.verdict import CLOSED
+from gap.signatures.screen import points
 
 KEEP_T = 2.0  # an accepted effect that is worth less than this leaves again
 ROUNDS = 3  # of fitting the effects alone, each about start states of its own
 
-Tell = Callable[[str], None]
 
-
-def accept(state: Search, step: Step, tell: Tell) -> Search | None:
+def accept(state: GateSearch, step: Step, progress: Progress) -> GateSearch | None:
     """The search with the step's effect in its model, or with the first of its equals that keeps a size once all constants are free.
 
     None if none of them does: what such an effect gained by itself, the constants gain without it, and its name would be wrong.
@@ -30,26 +28,26 @@ def accept(state: Search, step: Step, tell: Tell) -> Search | None:
     equals = [step.trial, *step.rivals]
     for number, trial in enumerate(equals):
         rivals = tuple(equals[number + 1 :])
-        taken = _taken(state, replace(step, entry=trial.fit.model.added[-1], trial=trial, rivals=rivals), tell)
+        taken = _taken(state, replace(step, entry=trial.fit.model.added[-1], trial=trial, rivals=rivals), progress)
         if has_size(taken.current, trial.fit.model.added[-1], state.costs):
             return taken
-        tell(f"  {trial.candidate.label}: its interval holds the neutral value once all constants are free; not named")
+        progress(f"  {trial.candidate.label}: its interval holds the neutral value once all constants are free; not named")
     return None
 
 
-def _taken(state: Search, step: Step, tell: Tell) -> Search:
+def _taken(state: GateSearch, step: Step, progress: Progress) -> GateSearch:
     turned = step.trial.beside
     beside = [Step(step.trial.fit.model.added[-2], replace(step.trial, candidate=turned, beside=None), (), ())] if turned else []
     taken = replace(state, steps=[*state.steps, *beside, step])
     rivals = f" (or {', '.join(r.candidate.label for r in step.rivals)})" if step.rivals else ""
-    tell(f"accepted: {step.trial.candidate.label}{rivals}")
-    refit(taken, step.trial.fit, tell)
+    progress(f"accepted: {step.trial.candidate.label}{rivals}")
+    refit(taken, step.trial.fit, progress)
     return taken
 
 
-def refit(state: Search, start: Fit, tell: Tell) -> None:
+def refit(state: GateSearch, start: Fit, progress: Progress) -> None:
     """All numbers again, with all sensitivities new; from the rig file's own constants when these are the better place to start."""
-    tell("refitting all constants")
+    progress("refitting all constants")
     own = _from_own_constants(state, start)
     best = own if own.cost < start.cost else start
     vector = best.model.vector()
@@ -57,10 +55,10 @@ def refit(state: Search, start: Fit, tell: Tell) -> None:
     done = whole_fit(best.model, state.experiments, state.costs)
     state.current, state.costs = settled(done, state.experiments, state.costs, REFIT_STEPS)
     state.seen = on_holdouts(state, state.current)
-    tell(f"hold-out: {state.cost:.4g} noise floors")
+    progress(f"hold-out: {state.cost:.4g} noise floors")
 
 
-def _from_own_constants(state: Search, start: Fit) -> Fit:
+def _from_own_constants(state: GateSearch, start: Fit) -> Fit:
     """Only the effects fitted, every constant as in the rig file: what the missing effect had torn away stands right again."""
     plain = start.model.with_own_constants()
     if not effects(plain):  # the sign of a sensor has nothing to fit
@@ -78,7 +76,7 @@ def _from_own_constants(state: Search, start: Fit) -> Fit:
     return Fit(reached, done.evaluations, start.jacobian, start.columns, done.objective)
 
 
-def swap(state: Search, tell: Tell) -> None:
+def swap(state: GateSearch, progress: Progress) -> None:
     """Replace each earlier effect by its best rival of that time, if that is now better."""
     for number, step in enumerate(state.steps[:-1]):
         present = {(e.effect, e.where) for e in state.current.model.added}
@@ -90,37 +88,37 @@ def swap(state: Search, tell: Tell) -> None:
         base = Base(state.experiments, state.holdouts, state.costs, rest.fit, rest.seen)
         trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.fit.model)), [])
         if paired_t(state.seen, trial.holdout) > KEEP_T:
-            tell(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
+            progress(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
             state.steps[number] = Step(trial.fit.model.added[-1], trial, (step.trial,), ())
-            refit(state, trial.fit, tell)
+            refit(state, trial.fit, progress)
 
 
-def drop_superfluous(state: Search, tell: Tell) -> None:
+def drop_superfluous(state: GateSearch, progress: Progress) -> None:
     """Take out each effect that is worth nothing any more: an earlier one beside later ones, and the newest where the constants, fitted on
     from where it has brought them, do without it."""
     for step in list(state.steps):
         rest = without(state, step.entry)
         if rest is not None and _needless(state, step, rest):
-            dismiss(state, step, rest.fit, "explains nothing that the others and the constants do not", tell)
+            dismiss(state, step, rest.fit, "explains nothing that the others and the constants do not", progress)
 
 
-def _needless(state: Search, step: Step, rest: Rest) -> bool:
+def _needless(state: GateSearch, step: Step, rest: Rest) -> bool:
     """The newest has just passed the gates of a first fit: it leaves only where the hold-out is no worse without it."""
     if step is state.steps[-1]:
         return mean_cost(rest.seen) - state.cost < LEAST_DROP
     return paired_t(rest.seen, state.seen) < KEEP_T
 
 
-def dismiss(state: Search, step: Step, start: Fit, why: str, tell: Tell) -> None:
+def dismiss(state: GateSearch, step: Step, start: Fit, why: str, progress: Progress) -> None:
     """The search without one of its names, fitted on from `start`."""
-    tell(f"dropped: {step.trial.candidate.label} {why}")
+    progress(f"dropped: {step.trial.candidate.label} {why}")
     state.steps.remove(step)
-    refit(state, start, tell)
+    refit(state, start, progress)
     if not state.steps:
         state.constants_only = state.seen
 
 
-def without(state: Search, entry: EffectEntry) -> Rest | None:
+def without(state: GateSearch, entry: EffectEntry) -> Rest | None:
     """The current model refitted without one of its effects; None when that is not in it. Asked again of the same model (by the exchange,
     the drop and the last weighing of a name) it is not fitted again."""
     model = state.current.model
@@ -137,6 +135,6 @@ def without(state: Search, entry: EffectEntry) -> Rest | None:
     return known
 
 
-def on_holdouts(state: Search, done: Fit) -> tuple[Evaluation, ...]:
+def on_holdouts(state: GateSearch, done: Fit) -> tuple[Evaluation, ...]:
     """The hold-out logs with a fitted model."""
     return tuple(evaluate(e, done.model, state.costs) for e in state.holdouts)

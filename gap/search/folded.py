@@ -10,26 +10,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from config.effect_entry import EffectEntry
+from config.progress import Progress
+from config.schema.effect_entry import EffectEntry
+from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.fitting.fit import Fit
 from gap.fitting.nuisance import HONEST
-from gap.search.acceptance import Tell, dismiss
-from gap.search.search_state import Search
+from gap.search.acceptance import dismiss
+from gap.search.search_state import GateSearch
 from gap.search.trial import sized_by
-from sim_backend.effects.registry import REGISTRY
 
 ALIKE = 0.999  # cosine of two signatures that are one
 
 
-def fold(state: Search, tell: Tell) -> None:
+def fold(state: GateSearch, progress: Progress) -> None:
     """Put the constant in the place of every effect that is one."""
     for step in list(state.steps):
         found = constant_instead(state.current, step.entry)
         if found is None:
             continue
         start, key, pull = found
-        dismiss(state, step, start, f"is {key} within {pull:+.1f} prior standard deviations", tell)
+        dismiss(state, step, start, f"is {key} within {pull:+.1f} prior standard deviations", progress)
 
 
 def constant_instead(done: Fit, entry: EffectEntry) -> tuple[Fit, str, float] | None:
@@ -44,7 +45,7 @@ def constant_instead(done: Fit, entry: EffectEntry) -> tuple[Fit, str, float] | 
         return None
     alike, ratio = same
     free, own = model.free[alike], model.free[number]
-    size = (model.theta[number] - REGISTRY[entry.effect].neutral[own.key]) / own.scale
+    size = (model.theta[number] - EFFECTS[entry.effect].neutral[own.key]) / own.scale
     pull = float(model.pulls[alike] + ratio * size)
     value = free.start + pull * free.scale
     if abs(pull) > HONEST or not free.low <= value <= free.high:

@@ -21,11 +21,11 @@ from gap.fitting.fit import Fit, unfitted
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering, some
 from gap.fitting.thinned import TO_SIZE, thinned
-from gap.search.freed import Probe, Remover, changes, probed
-from gap.search.screen import Screening
 from gap.search.select import least_t, passes
 from gap.search.trial import excess
-from gap.search.visible import scalable, sized
+from gap.signatures.freed import Probe, Remover, changes, probed
+from gap.signatures.screen import Screening
+from gap.signatures.visible import scalable, sized
 
 MOST_WINDOWS = 30  # of the hold-outs together: enough to see how many of them agree
 ROUNDS = 2  # an effect that is not proportional to its size is simulated again where it would have to be larger

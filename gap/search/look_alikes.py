@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from gap.fitting.compare import paired_t
-from gap.search.search_state import RIVAL_GAIN, RIVAL_T, Search, Step
+from gap.search.search_state import RIVAL_GAIN, RIVAL_T, GateSearch, Step
 from gap.search.trial import FLOOR, Trial
 
 AS_GOOD = 1.10  # ratio of hold-out costs: an effect of the same signature that gets as near the floor is not excluded by its t alone
 
 
-def look_alikes(state: Search, step: Step) -> list[Trial]:
+def look_alikes(state: GateSearch, step: Step) -> list[Trial]:
     """The step's rivals, and effects whose signature points the same way as long as the hold-out is not clearly against them; also those
     that were not accepted for want of a size, as a lag whose two numbers take each other's place: what they take together is no less."""
     chosen = step.trial
@@ -20,7 +20,7 @@ def look_alikes(state: Search, step: Step) -> list[Trial]:
     return [*step.rivals, *(trial for trial in others if _as_good(trial, chosen))]
 
 
-def _same_direction(state: Search, step: Step) -> list[Trial]:
+def _same_direction(state: GateSearch, step: Step) -> list[Trial]:
     """Fitted candidates whose signature before any fit was that of the chosen one."""
     if state.first_screening is None or step is not state.steps[0]:
         return []

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from config.effect_entry import EffectEntry
+from config.schema.effect_entry import EffectEntry
 from gap.data.coarse_steps import CoarseStep
 from gap.data.windows import Experiment
 from gap.fitting.evaluation import Costing, Evaluation, mean_cost
 from gap.fitting.fit import Fit
-from gap.search.screen import VISIBLE, Screening
 from gap.search.trial import FLOOR, LEAST_GAIN, Base, Trial
+from gap.signatures.screen import VISIBLE, Screening
 
 LEAST_T = 3.5
 LEAST_DROP = 0.02  # noise floors
@@ -48,7 +48,7 @@ class Rest:
 
 
 @dataclass(slots=True)
-class Search:
+class GateSearch:
     """The course of a search, from the refitted nominal model to the final one."""
 
     experiments: Sequence[Experiment]

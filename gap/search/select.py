@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 
 from scipy.stats import norm
 
+from config.progress import Progress
 from gap.fitting.compare import separation_t
-from gap.search.acceptance import Tell, accept, drop_superfluous, swap
-from gap.search.candidates import candidates
+from gap.search.acceptance import accept, drop_superfluous, swap
 from gap.search.folded import fold
-from gap.search.screen import Screening, Signature, screen
-from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, Search, Step, worth
+from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, GateSearch, Step, worth
 from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial
 from gap.search.turned import turned_trials
+from gap.signatures.candidates import candidates
+from gap.signatures.screen import Screening, Signature, screen
 
 FALSE_ALARM = 0.014  # of a whole search, shared by all candidates and stages
 CLOSING_T = 2.0  # enough for a candidate that takes nearly all of the gap
@@ -29,59 +30,66 @@ FIRST_WAVE = 4
 LEADING = 2  # best signatures that are fitted about their own states where none solves the gap: first trials hold friction's form known
 
 
-def search(state: Search, tell: Tell) -> Search:
+def search(state: GateSearch, progress: Progress) -> GateSearch:
     """Add effects while the hold-out says so."""
     while len(state.steps) < MOST_EFFECTS:
         if state.cost < FLOOR + LEAST_DROP:
             break  # no candidate could pass the gates any more
         found = candidates(state.current.model.rig, state.channels)
         plain = state.base.plain
-        screening = screen(plain.current, state.costs, found, state.seen_at, tell)
+        screening = screen(plain.current, state.costs, found, state.seen_at, progress)
         state.first_screening = state.first_screening or screening
-        state.last_trials = tuple(sorted(_trials(state, plain, screening, tell), key=lambda trial: trial.cost))
+        state.last_trials = tuple(sorted(_trials(state, plain, screening, progress), key=lambda trial: trial.cost))
         step = _decide(state, len(found))
-        taken = accept(state, step, tell) if step else None
+        taken = accept(state, step, progress) if step else None
         if taken is None:
             break
         before, known, state = state.cost, len(state.steps), taken
-        swap(state, tell)
-        drop_superfluous(state, tell)
-        fold(state, tell)
+        swap(state, progress)
+        drop_superfluous(state, progress)
+        fold(state, progress)
         if len(state.steps) <= known and before - state.cost < worth(before):
             break  # it has left again, or another for it, and the constants are not much better for it
     return state
 
 
-def _trials(state: Search, plain: Base, screening: Screening, tell: Tell) -> list[Trial]:
+def _trials(state: GateSearch, plain: Base, screening: Screening, progress: Progress) -> list[Trial]:
     """Fit the candidates that passed the screening, best signatures first; those that help most once more about their own states."""
-    kept, base, rough = screening.kept(), state.base, plain.rough
-    most = max((s.share for s in kept), default=0.0)
-
-    def first(signature: Signature) -> Trial:
-        trial = first_trial(rough, signature.candidate, signature.starts)
-        tell(f"  {trial.candidate.label}: hold-out {plain.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
-        return trial
-
     others = [] if state.steps else [state.nominal]  # constants torn away by the missing effect are a bad place to start from
 
     def again(trial: Trial) -> Trial:
-        own = own_trial(base, trial, others)
-        tell(f"  {own.candidate.label}, own initial states: hold-out {own.cost:.4g} noise floors, t = {own.t:.1f}")
+        own = own_trial(state.base, trial, others)
+        progress(f"  {own.candidate.label}, own initial states: hold-out {own.cost:.4g} noise floors, t = {own.t:.1f}")
         return own
 
+    kept = screening.kept()
     with ThreadPoolExecutor(state.workers) as pool:
-        trials = list(pool.map(first, kept[:FIRST_WAVE]))
-        solved = any(trial.gain >= MOST for trial in trials)
-        trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
+        trials, solved = _first_trials(plain, kept, pool, progress)
         strong = _contenders(trials, screening, solved)
         weak = [trial for trial in trials if all(trial is not other for other in strong)]
         trials = [*weak, *pool.map(again, strong)]
     if any(trial.gain >= NEARLY_ALL for trial in trials):
         return trials
-    for trial in turned_trials(base, [s.candidate for s in kept], state.channels, others):
-        tell(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
+    for trial in turned_trials(state.base, [s.candidate for s in kept], state.channels, others):
+        progress(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
         trials.append(trial)
     return trials
+
+
+def _first_trials(plain: Base, kept: Sequence[Signature], pool: Executor, progress: Progress) -> tuple[list[Trial], bool]:
+    """The candidates beside the plain constants; whether one of the first wave solves the gap: those whose signature has hardly any of the
+    gap need no fit then."""
+    most, rough = max((s.share for s in kept), default=0.0), plain.rough
+
+    def first(signature: Signature) -> Trial:
+        trial = first_trial(rough, signature.candidate, signature.starts)
+        progress(f"  {trial.candidate.label}: hold-out {plain.cost:.4g} → {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
+        return trial
+
+    trials = list(pool.map(first, kept[:FIRST_WAVE]))
+    solved = any(trial.gain >= MOST for trial in trials)
+    trials += pool.map(first, [s for s in kept[FIRST_WAVE:] if not (solved and s.share < HARDLY * most)])
+    return trials, solved
 
 
 def _contenders(trials: Sequence[Trial], screening: Screening, solved: bool) -> list[Trial]:
@@ -118,7 +126,7 @@ def _needed_t(gain: float, drop: float, least: float) -> float:
     return least - share * max(least - HALF_T, 0.0)
 
 
-def _decide(state: Search, tried: int) -> Step | None:
+def _decide(state: GateSearch, tried: int) -> Step | None:
     """The best candidate that passes all gates, or None."""
     least = least_t(tried)
     passed = [t for t in state.last_trials if t.own and t.has_size and passes(t.t, t.gain, t.drop, least)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 # Processors this process may use, at most 8: windows are too few to keep more busy.
 PROCESSORS = min(len(os.sched_getaffinity(0)), 8)
@@ -16,6 +17,8 @@ class Settings:
     searches run beside each other). `propose`: whether look-alikes get a maneuver that would separate them, which simulates several.
     `request`: maneuver file, or run request as JSON, of the first hold-out log: what the report runs again where that log does not say.
     `keep_remainder`: whether an unnamed remainder is put into the improved rig file, where the hold-out falls with it.
+    `decide`: what names effects: "gates" of the hold-out (gap.search), or the "evidence" of the fit logs (gap.evidence, a draft).
+    `si`: whether the report has SI units instead of the rig file's.
     """
 
     window_s: float | None = None
@@ -23,3 +26,5 @@ class Settings:
     propose: bool = True
     request: Path | None = None
     keep_remainder: bool = False
+    decide: Literal["gates", "evidence"] = "gates"
+    si: bool = False

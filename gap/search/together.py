@@ -8,20 +8,21 @@ count for less here, and the effect is asked for in the fit logs as well as in t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
+from config.progress import Progress
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Costing, evaluate, mean_cost
 from gap.fitting.fit import fitted_to_its_end, whole_fit
 from gap.fitting.thinned import thinned
 from gap.search.acceptance import accept, drop_superfluous
-from gap.search.candidates import candidates
 from gap.search.folded import fold
-from gap.search.screen import Screening, screen
-from gap.search.search_state import LEAST_DROP, RIVAL_T, Search, Step, worth
+from gap.search.search_state import LEAST_DROP, RIVAL_T, GateSearch, Step, worth
 from gap.search.select import least_t, search, step_of
 from gap.search.trial import FLOOR, Trial, excess, joint_trial
+from gap.signatures.candidates import candidates
+from gap.signatures.screen import Screening, screen
 
 CAUTION = 4.0  # samples count as one over so many times the residual's correlation time
 BEST = 3  # candidates by what their signatures explain of the rig file's own gap, constants answering within their priors …
@@ -32,32 +33,30 @@ HOLD_OUT_T = 0.5  # the hold-out must speak for the effect, if with fewer window
 MOST_OPEN = 1.5  # noise floors above the floor that may be left, as friction of another form leaves them: more is no explanation …
 MOST = 0.8  # … of a gap of which it does not take at least so much
 
-Tell = Callable[[str], None]
 
-
-def look_together(state: Search, tell: Tell) -> Search:
+def look_together(state: GateSearch, progress: Progress) -> GateSearch:
     """The search with an effect that only shows beside the rig file's own constants, and what may follow on it; else with these constants
     fitted more cautiously, where that predicts the hold-out better."""
     if state.steps or state.cost < FLOOR + LEAST_DROP:
         return state
-    tell("nothing named; fitting the best candidates together with the constants, from the rig file's own")
-    cautious = _cautious(state, tell)
+    progress("nothing named; fitting the best candidates together with the constants, from the rig file's own")
+    cautious = _cautious(state, progress)
     lowest = min((state, cautious), key=lambda one: one.cost)
-    step = _step(state, cautious, lowest, tell)
-    taken = accept(replace(cautious, constants_only=lowest.seen), step, tell) if step else None
+    step = _step(state, cautious, lowest, progress)
+    taken = accept(replace(cautious, constants_only=lowest.seen), step, progress) if step else None
     if taken is not None and lowest.cost - taken.cost >= worth(lowest.cost):
-        drop_superfluous(taken, tell)
-        fold(taken, tell)
+        drop_superfluous(taken, progress)
+        fold(taken, progress)
         if taken.steps:
-            return search(taken, tell)
+            return search(taken, progress)
     return cautious if cautious.cost < state.cost - worth(state.cost) else state
 
 
-def _step(state: Search, cautious: Search, lowest: Search, tell: Tell) -> Step | None:
+def _step(state: GateSearch, cautious: GateSearch, lowest: GateSearch, progress: Progress) -> Step | None:
     """The best candidate that passes the gates beside both fits of the constants, or None."""
     found = candidates(state.nominal.model.rig, state.channels)
-    screening = screen(state.nominal, state.costs, found, state.seen_at, tell)
-    least, trials = least_t(len(found)), _trials(state, cautious, screening, tell)
+    screening = screen(state.nominal, state.costs, found, state.seen_at, progress)
+    least, trials = least_t(len(found)), _trials(state, cautious, screening, progress)
     trials = [trial.beside_cost(lowest.cost, paired_t(lowest.seen, trial.holdout)) for trial in trials]
     passed = [trial for trial in trials if _agreed(trial, (state, cautious), least)]
     if not passed:
@@ -68,17 +67,17 @@ def _step(state: Search, cautious: Search, lowest: Search, tell: Tell) -> Step |
     return step if known else replace(step, weak=f"rests on the fit logs more than on the hold-out (t = {step.trial.t:.1f} there)")
 
 
-def _cautious(state: Search, tell: Tell) -> Search:
+def _cautious(state: GateSearch, progress: Progress) -> GateSearch:
     """The constants alone, from the rig file's own."""
     costs = Costing(state.costs.threshold, CAUTION * state.costs.tau, CAUTION)
     experiments = [e.experiment for e in state.nominal.evaluations]
     done, costs = fitted_to_its_end(state.nominal.model, experiments, costs, state.nominal.evaluations)
     seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
-    tell(f"  constants alone: hold-out {mean_cost(seen):.4g} noise floors")
+    progress(f"  constants alone: hold-out {mean_cost(seen):.4g} noise floors")
     return replace(state, experiments=experiments, costs=costs, current=done, seen=seen, constants_only=seen, rests=[])
 
 
-def _trials(state: Search, cautious: Search, screening: Screening, tell: Tell) -> list[Trial]:
+def _trials(state: GateSearch, cautious: GateSearch, screening: Screening, progress: Progress) -> list[Trial]:
     """All are fitted to some of the windows; those that then explain the fit logs best, to all."""
     known = sorted((t for t in state.last_trials if t.own and t.beside is None), key=lambda trial: trial.cost)[:KNOWN]
     labels = [trial.candidate.label for trial in known]
@@ -87,17 +86,17 @@ def _trials(state: Search, cautious: Search, screening: Screening, tell: Tell) -
     first = []
     for signature in asked:
         start = whole_fit(signature.starts[0], some, cautious.costs)
-        tell(f"  {signature.candidate.label}: {start.cost:.4g} noise floors of the fit logs")
+        progress(f"  {signature.candidate.label}: {start.cost:.4g} noise floors of the fit logs")
         first.append((start.cost, signature.candidate, start.model))
     trials = []
     for _, candidate, model in sorted(first, key=lambda one: one[0])[:FURTHER]:
         trial = joint_trial(cautious.base, candidate, model, cautious.nominal)
-        tell(f"  {candidate.label}, fitted further: hold-out {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
+        progress(f"  {candidate.label}, fitted further: hold-out {trial.cost:.4g} noise floors, t = {trial.t:.1f}")
         trials.append(trial)
     return trials
 
 
-def _agreed(trial: Trial, without: Sequence[Search], least: float) -> bool:
+def _agreed(trial: Trial, without: Sequence[GateSearch], least: float) -> bool:
     """Whether fit logs and hold-out together, and the hold-out by itself, speak for the effect beside each of the constants' fits."""
     explains = excess(trial.cost) <= MOST_OPEN or trial.gain >= MOST
     if not (trial.has_size and explains and trial.drop >= max(worth(s.cost) for s in without)):

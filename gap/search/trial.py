@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from config.effect_entry import EffectEntry
+from config.schema.effect_entry import EffectEntry
+from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.compare import paired_t
@@ -17,9 +18,8 @@ from gap.fitting.initial_states import Projection, marginalised
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected
 from gap.fitting.thinned import thinned
-from gap.search.candidates import Candidate
-from sim_backend.effects.registry import REGISTRY
-from sim_backend.layout import C
+from gap.signatures.candidates import Candidate
+from sim_backend.memory.layout import C
 
 FLOOR = 1.0
 LEAST_GAIN = 0.15  # of the remaining excess over the floor: less is within what constants and friction of another form can feign
@@ -186,13 +186,13 @@ def has_size(done: Fit, entry: EffectEntry, costs: Costing) -> bool:
 
 def clear_of_neutral(model: Model, entry: EffectEntry, half_width: Array) -> bool:
     """Whether one of the effect's parameters is further from its neutral value than the half width of its interval, or none has one."""
-    numbers, neutral = sized_by(model, entry), REGISTRY[entry.effect].neutral
+    numbers, neutral = sized_by(model, entry), EFFECTS[entry.effect].neutral
     return not numbers or any(abs(model.theta[k] - neutral[model.free[k].key]) > half_width[k] for k in numbers)
 
 
 def sized_by(model: Model, entry: EffectEntry) -> list[int]:
     """Numbers of the effect's parameters that have a neutral value."""
-    return [k for k in model.of_effect(entry) if model.free[k].key in REGISTRY[entry.effect].neutral]
+    return [k for k in model.of_effect(entry) if model.free[k].key in EFFECTS[entry.effect].neutral]
 
 
 def _grown(columns: Array, count: int) -> Array:

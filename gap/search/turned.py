@@ -7,17 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from config.schema.effect import Equation
 from gap.fitting.fit import Fit
-from gap.search.candidates import Candidate, candidates
-from gap.search.screen import points
-from gap.search.shapes import LINK
 from gap.search.trial import Base, Trial, first_trial, own_trial
+from gap.signatures.candidates import Candidate, candidates
+from gap.signatures.screen import points
 
 
 def turned_trials(base: Base, kept: Sequence[Candidate], channels: frozenset[str], others: Sequence[Fit]) -> Iterator[Trial]:
     """Every candidate that bends the link, beside the turned sign of every sensor of which the present model predicts nothing."""
     rig = base.current.model.rig
-    bending = [candidate for candidate in kept if candidate.equation == LINK]
+    bending = [candidate for candidate in kept if candidate.equation == Equation.LINK]
     for polarity in candidates(rig, channels) if bending else ():
         if polarity.effect != "sensor_polarity" or not _silent(base, polarity.where.removeprefix("sensor:")):
             continue

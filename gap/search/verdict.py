@@ -12,7 +12,7 @@ from gap.data.measured import Array
 from gap.fitting.evaluation import NO_GAP, Costing, Evaluation, mean_cost
 from gap.fitting.fit import Fit, covariance
 from gap.search.look_alikes import look_alikes
-from gap.search.search_state import Search
+from gap.search.search_state import GateSearch
 from gap.search.trial import FLOOR
 
 EXPLAINED = 1.10  # noise floors up to which constants alone are believed to explain a gap; up to CLOSED where they explain 98 % of it
@@ -33,7 +33,7 @@ class Verdict:
     confirmed: bool
 
 
-def verdict(state: Search, before: float, refit: float, after: float, unsteady: str = "") -> Verdict:
+def verdict(state: GateSearch, before: float, refit: float, after: float, unsteady: str = "") -> Verdict:
     """`before`, `refit`, `after`: hold-out costs of the rig file, of its refitted constants and of the final model, in noise floors.
     `unsteady`: changed constants that are not the same in every log, in words."""
     if state.steps:
@@ -68,32 +68,36 @@ def with_steps(word: Verdict, coarse: Sequence[CoarseStep]) -> Verdict:
     return Verdict("named" if plain else word.word, f"{said}. {word.why}", word.confirmed)
 
 
-def _named(state: Search, before: float, refit: float, after: float) -> Verdict:
+def _named(state: GateSearch, before: float, refit: float, after: float) -> Verdict:
     names = " and ".join(f"{s.trial.candidate.effect} at {s.trial.candidate.where}" for s in state.steps)
     rest = (after - FLOOR) / max(before - FLOOR, 1e-9)
     gap = f"the hold-out goes from {before:.4g} to {after:.4g} noise floors"
     if after > CLOSED and rest > REMAINDER:
         why = f"{names} help, but {rest:.0%} of the gap remains ({gap}): an effect outside the library or a constant that is not free."
         return Verdict("unknown", why, False)
-    clear = after - FLOOR <= CLEAR * max(refit - FLOOR, NO_GAP - FLOOR)
-    closed = after <= CLOSED and clear and not state.strained
-    open_ = "" if closed else f" {rest:.1%} of the gap remains, so the names are tentative."
-    if state.strained:
-        far = f"{', '.join(state.strained)} more than {ALARM:g} prior standard deviations away"
-        open_ = f" Constants alone would do as much with {far}, so the names are tentative: check these constants."
-    elif after <= CLOSED and not clear:
-        open_ = f" The best constants alone end at {refit:.3g}, so the names are tentative."
-    left = still_open(state.current.evaluations)
-    if closed and left:
-        closed, open_ = False, f" But {left}, which the hold-out does not show, so the names are tentative."
-    weak = "; ".join(f"{s.trial.candidate.effect} at {s.trial.candidate.where} {s.weak}" for s in state.steps if s.weak)
-    if closed and weak:
-        open_ = f" But {weak}: tentative."
+    closed, doubts = _closed(state, refit, after, rest)
     unclear = [(s.trial, *alike) for s in state.steps if (alike := look_alikes(state, s))]
     if unclear:
         sets = "; ".join("{" + ", ".join(f"{t.candidate.effect} at {t.candidate.where}" for t in trials) + "}" for trials in unclear)
-        return Verdict("ambiguous", f"These logs cannot tell apart {sets}; with the simplest, {gap}.{open_}", False)
-    return Verdict("named", f"With {names}, {gap}.{open_}", closed)
+        return Verdict("ambiguous", f"These logs cannot tell apart {sets}; with the simplest, {gap}.{doubts}", False)
+    return Verdict("named", f"With {names}, {gap}.{doubts}", closed)
+
+
+def _closed(state: GateSearch, refit: float, after: float, rest: float) -> tuple[bool, str]:
+    """Whether the names close the gap, and what makes them tentative, in a sentence. `rest`: share of the gap that remains."""
+    clear = after - FLOOR <= CLEAR * max(refit - FLOOR, NO_GAP - FLOOR)
+    if state.strained:
+        far = f"{', '.join(state.strained)} more than {ALARM:g} prior standard deviations away"
+        return False, f" Constants alone would do as much with {far}, so the names are tentative: check these constants."
+    if after > CLOSED:
+        return False, f" {rest:.1%} of the gap remains, so the names are tentative."
+    if not clear:
+        return False, f" The best constants alone end at {refit:.3g}, so the names are tentative."
+    left = still_open(state.current.evaluations)
+    if left:
+        return False, f" But {left}, which the hold-out does not show, so the names are tentative."
+    weak = "; ".join(f"{s.trial.candidate.effect} at {s.trial.candidate.where} {s.weak}" for s in state.steps if s.weak)
+    return True, f" But {weak}: tentative." if weak else ""
 
 
 def still_open(now: Sequence[Evaluation]) -> str:
@@ -111,10 +115,10 @@ def alarmed(done: Fit) -> list[str]:
 def confidence(done: Fit, costs: Costing, seed: int = 0) -> Array:
     """95 % half width of every free number: the larger of posterior and block bootstrap over windows (linearised)."""
     posterior = np.sqrt(np.maximum(np.diag(covariance(done, costs)), 0.0))
-    return np.asarray(1.96 * np.maximum(posterior, _bootstrap_sd(done, costs, seed)))
+    return np.asarray(1.96 * np.maximum(posterior, bootstrap_sd(done, costs, seed)))
 
 
-def _bootstrap_sd(done: Fit, costs: Costing, seed: int) -> Array:
+def bootstrap_sd(done: Fit, costs: Costing, seed: int = 0) -> Array:
     """Spread of the fitted numbers when windows are drawn again with repetition."""
     temper = max(1.0, done.cost) * costs.tau
     scores = np.concatenate([_window_scores(e, j) for e, j in zip(done.evaluations, done.columns, strict=True)], axis=1) / temper

@@ -7,33 +7,31 @@ weighs them against constants whose fit may have ended beside the best place.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from config.progress import Progress
 from gap.data.measured import Array
 from gap.fitting.evaluation import NO_GAP, mean_cost
 from gap.search.acceptance import without
-from gap.search.search_state import Search, Step
+from gap.search.search_state import GateSearch, Step
 from gap.search.trial import FLOOR, clear_of_neutral, sized_by
 from gap.search.verdict import CLEAR, CLOSED
 
-Tell = Callable[[str], None]
 
-
-def weighed(state: Search, half_width: Array, tell: Tell) -> list[Step]:
+def weighed(state: GateSearch, half_width: Array, progress: Progress) -> list[Step]:
     """The steps of a search that closed the gap, each with why its name is weak, if it is. `half_width`: 95 %, of every free number."""
     if state.cost > CLOSED:
         return state.steps
     found = [replace(step, weak=step.weak or _unsized(state, step, half_width) or _unneeded(state, step)) for step in state.steps]
     for step in found:
         if step.weak:
-            tell(f"tentative: {step.trial.candidate.label} {step.weak}")
+            progress(f"tentative: {step.trial.candidate.label} {step.weak}")
     return found
 
 
-def _unsized(state: Search, step: Step, half_width: Array) -> str:
+def _unsized(state: GateSearch, step: Step, half_width: Array) -> str:
     """Its neutral value lies in the interval of every one of its parameters."""
     model = state.current.model
     if clear_of_neutral(model, step.entry, half_width):
@@ -43,7 +41,7 @@ def _unsized(state: Search, step: Step, half_width: Array) -> str:
     return f"may be nothing ({model.free[k].key} {low:.3g} to {high:.3g} {model.free[k].unit}".rstrip() + ")"
 
 
-def _unneeded(state: Search, step: Step) -> str:
+def _unneeded(state: GateSearch, step: Step) -> str:
     """The constants, fitted on from where it has brought them, and the other effects leave not much more without it."""
     rest = without(state, step.entry)
     if rest is None:

@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
-from config.effects_hydraulic import EntrainedAir
-from sim_backend.effects.effect import Effect, Write
-from sim_backend.layout import J
+from typing import Literal
+
+from config.schema.effect import Case, Effect, Equation, Search, Write, up
+from config.schema.effect_entry import HydraulicEntry
+from config.schema.section import quantity
+from sim_backend.memory.layout import J
+
+
+class EntrainedAir(HydraulicEntry):
+    effect: Literal["entrained_air"]
+    fraction: float = quantity("", "volume of undissolved air at atmospheric pressure over volume of oil", low=0, high=0.2)
+
 
 EFFECT = Effect(
     entry=EntrainedAir,
+    order=190,
     writes=(Write("fraction", J.AIR_FRACTION),),
     neutral={"fraction": 0.0},
+    search=Search(Equation.FLOW, (up("fraction", lambda s: 0.005, 20, (1.0, 0.2)),)),
+    variable="acceleration",
     fingerprint="Pressure builds up slowly from low pressures and fast from high ones.",
     look_alikes={
         "hose_compliance": "hoses are as soft at high pressure",
         "bulk_modulus_temperature": "repeat at two supply pressures",
     },
+    cases=(Case("prismatic", {"fraction": 0.02}, "prismatic.position"),),
 )

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from config.canopen_options import CanBus, EncoderOptions, IoOptions, ValveOptions, canopen_devices
 from config.errors import ConfigError
-from config.rig import Rig
+from config.options.canopen_options import CanBus, EncoderOptions, IoOptions, ValveOptions
+from config.options.canopen_rig import canopen_devices
+from config.schema.rig import Rig
 from sim_backend.plant import SimulatedRig
-from sim_backend.twin.analog_io import CHANNELS, AnalogIo
-from sim_backend.twin.bench import Bench, Update, Volts
-from sim_backend.twin.can_node import CanNode
-from sim_backend.twin.encoder import Encoder
-from sim_backend.twin.object_store import Send
+from sim_backend.twin.bench import SimulatedDevices, Update, Volts
+from sim_backend.twin.can.analog_io import CHANNELS, AnalogIo
+from sim_backend.twin.can.can_node import CanNode
+from sim_backend.twin.can.encoder import Encoder
+from sim_backend.twin.can.object_store import Send
+from sim_backend.twin.can.valve import Valve
 from sim_backend.twin.plant_feed import PlantFeed
-from sim_backend.twin.valve import Valve
 
 
 def can_bus(rig: Rig) -> CanBus | None:
@@ -28,8 +29,8 @@ def can_bus(rig: Rig) -> CanBus | None:
     return next(iter(buses.values()), None)
 
 
-def bench(rig: Rig, plant: SimulatedRig, send: Send) -> Bench:
-    """The bench of this rig, which sends its frames through `send`."""
+def bench(rig: Rig, plant: SimulatedRig, send: Send) -> SimulatedDevices:
+    """The bench of this rig, which sends its frames through `send`. An input whose signal the plant has no sensor for shows 0."""
     feed = PlantFeed(rig, plant)
     nodes: dict[str, CanNode] = {}
     updates: list[Update] = []
@@ -41,7 +42,7 @@ def bench(rig: Rig, plant: SimulatedRig, send: Send) -> Bench:
         elif isinstance(options, IoOptions):
             nodes[name] = _io(rig, name, options, send, updates)
     volts = [_volts(rig, joint, nodes, feed.period_s) for joint in rig.joints]
-    return Bench(feed, list(nodes.values()), volts, updates)
+    return SimulatedDevices(feed, list(nodes.values()), volts, updates)
 
 
 def _encoder(rig: Rig, name: str, options: EncoderOptions, send: Send, feed: PlantFeed, updates: list[Update]) -> Encoder:
@@ -56,7 +57,7 @@ def _io(rig: Rig, name: str, options: IoOptions, send: Send, updates: list[Updat
     module = AnalogIo(name, options.node, send, options.loopback)
     shown = _signals(rig, name)
     signals = [shown.get(f"input_{number}") for number in range(1, CHANNELS + 1)]
-    updates.append(lambda counts: module.measure([counts[signal] if signal else 0.0 for signal in signals]))
+    updates.append(lambda counts: module.measure([counts.get(signal or "", 0.0) for signal in signals]))
     return module
 
 

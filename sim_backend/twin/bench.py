@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from config.errors import PlantError
-from sim_backend.twin.can_node import CanNode
-from sim_backend.twin.can_port import Frame
+from sim_backend.twin.can.can_node import CanNode
+from sim_backend.twin.can.can_port import Frame
 from sim_backend.twin.plant_feed import PlantFeed
 from sim_backend.twin.step_clock import StepClock
 
@@ -26,7 +26,7 @@ class Injectable(Protocol):
     def describe(self) -> dict[str, float | str]: ...
 
 
-class Bench:
+class SimulatedDevices:
     """`volts`: one function a joint, in the order of rig.joints. `updates` bring the plant's counts to the devices."""
 
     def __init__(self, feed: PlantFeed, nodes: list[CanNode], volts: list[Volts], updates: list[Update]) -> None:

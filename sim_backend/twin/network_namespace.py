@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from config.errors import PlantError
-from config.multicast import EXAMPLE_GROUP
+from config.options.multicast import EXAMPLE_GROUP
 
 CLONE_NEWNET = 0x40000000
 GROUP = EXAMPLE_GROUP

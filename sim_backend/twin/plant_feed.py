@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from config.errors import PlantError
-from config.rig import Rig
-from sim_backend.layout import C, H, X
+from config.schema.rig import Rig
+from sim_backend.memory.layout import C, H, X
 from sim_backend.plant import SimulatedRig
 
 FAULTS = ("supply_pressure", "oil_temperature")

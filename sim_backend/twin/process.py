@@ -7,14 +7,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from sim_backend.plant import SimulatedRig
 from sim_backend.twin.assembly import bench, can_bus
-from sim_backend.twin.bench import Bench
-from sim_backend.twin.bus_faults import BusFaults
-from sim_backend.twin.can_port import CanPort
+from sim_backend.twin.bench import SimulatedDevices
+from sim_backend.twin.can.bus_faults import BusFaults
+from sim_backend.twin.can.can_port import CanPort
 from sim_backend.twin.control_socket import ControlSocket, obey
-from sim_backend.twin.modbus_server import ModbusServers, modbus_units
+from sim_backend.twin.modbus.modbus_server import ModbusServers, modbus_units
 from sim_backend.twin.real_time import ask_for_real_time
 
 TICK_NS = 1_000_000
@@ -28,7 +28,7 @@ class Twin:
     def __init__(self, rig: Rig, interface: str = "", channel: str = "", control: Path | None = None, seed: int = 0) -> None:
         bus = can_bus(rig)
         self._port = CanPort(interface or bus.interface, channel or bus.channel) if bus else None
-        self.bench: Bench = bench(rig, SimulatedRig(rig, seed), self._port.send if self._port else _nowhere)
+        self.bench: SimulatedDevices = bench(rig, SimulatedRig(rig, seed), self._port.send if self._port else _nowhere)
         self._bus_faults = BusFaults(self._port) if self._port else None
         if self._bus_faults:
             self.bench.devices["bus"] = self._bus_faults

@@ -1,12 +1,11 @@
-"""`make blind`: seal the answers if there is no study yet, run cases without a result, open the seal, write docs/blind.md.
+"""`make blind`: seal the answers if there is no study yet, run cases without a result, open the seal, write docs/results/blind.md.
 
-Every case's result is a file of its own, so a study can be interrupted at any time and continued later or on another machine.
+A study can be interrupted at any time and continued later or on another machine: see result_file.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import secrets
 import signal
@@ -16,12 +15,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from blind.cases import Case, cases, sizes
-from blind.one_case import Work, commit, finder_digest, run_case
-from blind.page import write_page
-from blind.score import score
-from blind.seal import HASH, seal, unseal
 from gap.executor import each, executor
+from tests.blind.cases import Case, cases, sizes
+from tests.blind.one_case import Work, commit, finder_digest, run_case
+from tests.blind.result_file import ENDED, gather, of_case, results
+from tests.blind.scoring.page import write_page
+from tests.blind.scoring.score import score
+from tests.blind.seal import HASH, seal, unseal
 
 STUDY = Path(__file__).with_name("study")
 DEVELOPMENT_SEED = 900_000
@@ -33,7 +33,7 @@ def main() -> int:
     signal.signal(signal.SIGTERM, _interrupt)  # a study that is stopped leaves its page
     study: Path = arguments.study
     if not (study / HASH).exists():
-        master = DEVELOPMENT_SEED if arguments.development else secrets.randbits(48)
+        master = arguments.seed if arguments.development else secrets.randbits(48)
         drawn = cases(master, sizes())
         print(f"sealed {len(drawn)} cases: sha256 {seal(study, drawn, master)}; commit {study / HASH} before the run", flush=True)
     if arguments.seal:
@@ -44,6 +44,7 @@ def main() -> int:
         print("interrupted; finished cases are kept, the same command goes on", file=sys.stderr)
         return 130
     finally:
+        gather(study)
         if not arguments.development:
             write_page(study, unseal(study), results(study))
     return 0
@@ -66,12 +67,14 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--study", type=Path, default=STUDY, metavar="DIR", help="folder of the sealed study and its results")
     parser.add_argument("--seal", action="store_true", help="seal the answers and stop")
     parser.add_argument("--development", action="store_true", help="a study whose answers may be looked at: fixed seed, no page")
-    return parser.parse_args()
-
-
-def results(study: Path) -> dict[str, dict[str, Any]]:
-    """Every result so far by the name of its case."""
-    return {path.stem: json.loads(path.read_text()) for path in sorted((study / "results").glob("case-*.json"))}
+    parser.add_argument("--seed", type=int, default=DEVELOPMENT_SEED, help="of a development study (default %(default)s)")
+    parser.add_argument(
+        "--decide", choices=("gates", "evidence"), default="gates", help="what names effects; the evidence in a development study only"
+    )
+    arguments = parser.parse_args()
+    if arguments.decide == "evidence" and not arguments.development:
+        parser.error("--decide evidence is a draft: no sealed case is spent on it; give --development and a --study of its own")
+    return arguments
 
 
 def waiting(study: Path, every: Sequence[Case], again: bool) -> list[Case]:
@@ -82,7 +85,7 @@ def waiting(study: Path, every: Sequence[Case], again: bool) -> list[Case]:
 
 def _run(study: Path, every: Sequence[Case], arguments: argparse.Namespace) -> None:
     todo = [c for c in waiting(study, every, arguments.again) if arguments.group in (None, c.group)][: arguments.cases]
-    (study / "results").mkdir(exist_ok=True)
+    (study / ENDED).mkdir(exist_ok=True)
     start = time.monotonic()
     threads = 1 if arguments.workers != 1 else 2
     with executor(arguments.workers, arguments.dask) as pool:
@@ -91,7 +94,7 @@ def _run(study: Path, every: Sequence[Case], arguments: argparse.Namespace) -> N
             if time.monotonic() - start > 60 * arguments.minutes:
                 break
             some = todo[first : first + batch]
-            work = [Work(case.as_json(), str(study / "results" / f"{case.name}.json"), threads, commit()) for case in some]
+            work = [Work(case.as_json(), str(of_case(study, case.name)), threads, commit(), arguments.decide) for case in some]
             for number, result in each(pool, run_case, work):
                 minutes = (time.monotonic() - start) / 60
                 print(f"{minutes:5.1f} min  {_line(some[number], result, arguments.development)}", flush=True)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from blind.truth.nominal import Numbers, nominal
-from config.load import load_rig
+from config.loading.load import load_rig
+from tests.blind.truth.nominal import Numbers, nominal
 
 Array = NDArray[np.float64]
 Name = tuple[str, str]

@@ -1,4 +1,4 @@
-"""The cases of a study, all drawn from one seed: what is hidden, how large, on which logs. See docs/blind.md for the protocol."""
+"""The cases of a study, all drawn from one seed: what is hidden, how large, on which logs. See docs/results/blind.md for the protocol."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from blind.truth.effects import STRANGE
-from blind.truth.friction import BRISTLE, RIGID, SLIP
-from blind.truth.session import Hidden, Setting
+from tests.blind.truth.effects import STRANGE
+from tests.blind.truth.friction import BRISTLE, RIGID, SLIP
+from tests.blind.truth.session import Hidden, Setting
 
 RIG = "ornl_testbed"
 FIT, HOLDOUT = ("strokes+multisine", 16.0), ("reversals+stairs", 14.0)
@@ -19,7 +19,7 @@ SEEDS = 3
 # Sizes and sensors of the single effects: every effect is in turn in each of a round. 3 and 10 times come first: they are asked for.
 ROUNDS = (((3.0, False), (10.0, True), (3.0, True), (10.0, False)), ((1.0, False), (1.0, True)))
 NULLS, PAIRS, STRANGE_SEEDS, POOR_SEEDS = 60, 30, 4, 2
-FORMS = (SLIP, BRISTLE, SLIP, RIGID)  # of friction, in every four cases of a group; see docs/blind.md
+FORMS = (SLIP, BRISTLE, SLIP, RIGID)  # of friction, in every four cases of a group; see docs/results/blind.md
 SIZES = Path(__file__).with_name("smallest_visible.json")
 
 # One place of each effect. bulk_modulus_temperature needs hours of warming up, no log of half a minute shows it; to be named on such logs,

@@ -17,21 +17,21 @@ from typing import Any
 
 import numpy as np
 
-from blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES, Case
-from blind.one_case import commit, finder_digest, rig_text
-from blind.truth.effects import EFFECTS
-from blind.truth.friction import BRISTLE, RIGID, SLIP
-from blind.truth.session import Setting, record
-from config.load import load_rig
+from config.loading.load import load_rig
 from gap.data.measured import load
 from gap.executor import each, executor
 from gap.find import search_gap
-from gap.search.candidates import candidates
-from gap.search.freed import Probe, Remover
 from gap.search.hold_out_sizes import Judge
-from gap.search.search_state import Search
+from gap.search.search_state import GateSearch
 from gap.search.select import least_t
 from gap.search.settings import Settings
+from gap.signatures.candidates import candidates
+from gap.signatures.freed import Probe, Remover
+from tests.blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES, Case
+from tests.blind.one_case import commit, finder_digest, rig_text
+from tests.blind.truth.effects import EFFECTS
+from tests.blind.truth.friction import BRISTLE, RIGID, SLIP
+from tests.blind.truth.session import Setting, record
 
 DEVELOPMENT_SEED = 900_100
 OF_OWN = 1.0  # ten times that is ten times as much as the rig has
@@ -59,7 +59,7 @@ def measured(form: float, chambers: bool, seed: int) -> list[dict[str, Any]]:
     return [row | {"form": form, "chambers": chambers} for row in rows]
 
 
-def claims_of_present(state: Search) -> dict[Place, float]:
+def claims_of_present(state: GateSearch) -> dict[Place, float]:
     """The size at which each effect of the rig file would have been named, had it been missing: from the signature of its first number,
     freed of what all others can do, on the fit logs and on the hold-out."""
     model, found = state.current.model, dict[Place, float]()
@@ -73,7 +73,7 @@ def claims_of_present(state: Search) -> dict[Place, float]:
     return found
 
 
-def _claim_of(state: Search, mine: int, least: float) -> float:
+def _claim_of(state: GateSearch, mine: int, least: float) -> float:
     """Of one number of the rig file, all others free."""
     current, scale = state.current, state.current.model.free[mine].scale
     others = [k for k in range(len(current.model.free)) if k != mine]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 import subprocess
 import tempfile
@@ -13,18 +12,19 @@ import traceback
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import gap
 import sim_backend
-from blind.baselines import baselines
-from blind.cases import RIG, Case
-from blind.shipped_maneuver import record_shipped
-from blind.truth.session import record
 from config.errors import LongreachError
-from config.load import load_rig
+from config.loading.load import load_rig
+from config.whole_file import replaced_when_done
 from gap.find import find
 from gap.search.settings import Settings
+from tests.blind.baselines import baselines
+from tests.blind.cases import RIG, Case
+from tests.blind.shipped_maneuver import record_shipped
+from tests.blind.truth.session import record
 
 BESIDE = ("maneuvers", "loop.py", "report/report.py", "report/naming_record.py")  # of gap/, left out of the version
 CHAMBER = "resolution: 0.7 psi, noise: 7.5 psi, bandwidth: 500 Hz, low: 0 psi, high: 3000 psi"
@@ -38,6 +38,7 @@ class Work:
     result: str
     threads: int = 1
     commit: str = ""
+    decide: Literal["gates", "evidence"] = "gates"
 
 
 def finder_digest() -> str:
@@ -66,12 +67,11 @@ def run_case(work: Work) -> dict[str, Any]:
     case = Case.from_json(work.case)
     with tempfile.TemporaryDirectory(prefix="blind-") as name:
         folder = Path(name)
-        settings = Settings(workers=work.threads, propose=case.group == "look_alike")
+        settings = Settings(workers=work.threads, propose=case.group == "look_alike", decide=work.decide)
         result = _searched(case, folder, settings) | {"commit": work.commit}
     path = Path(work.result)
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    part.write_text(json.dumps(result, indent=1) + "\n")
-    os.replace(part, path)
+    with replaced_when_done(path) as part:
+        part.write_text(json.dumps(result, indent=1) + "\n")
     return result
 
 
@@ -93,22 +93,23 @@ def _searched(case: Case, folder: Path, settings: Settings) -> dict[str, Any]:
     fit, holdout = folder / "fit.csv", folder / "holdout.csv"
     for take, (path, (kinds, duration_s)) in enumerate(((fit, case.fit), (holdout, case.holdout))):
         record(rig, case.setting, kinds, duration_s, take, path)
-    start = time.monotonic()
-    result = _found(folder / "rig.yaml", [fit], [holdout], folder / "out", settings)
+    start, processor = time.monotonic(), time.process_time()
+    result = search_files(folder / "rig.yaml", [fit], [holdout], folder / "out", settings)
     result |= {"seconds": round(time.monotonic() - start, 1), "finder": _DIGEST, "date": f"{datetime.now(UTC):%Y-%m-%d %H:%M}"}
+    result["processor_s"] = round(time.process_time() - processor, 1)
     result["baselines"] = baselines(folder / "rig.yaml", fit, holdout, result)
     result["resolved"] = _second_round(case, folder, result, settings)
     return {"name": case.name} | result
 
 
-def _found(rig: Path, logs: list[Path], holdouts: list[Path], out: Path, settings: Settings) -> dict[str, Any]:
+def search_files(rig: Path, logs: list[Path], holdouts: list[Path], out: Path, settings: Settings) -> dict[str, Any]:
     try:
         content = find(rig, logs, holdouts, out, lambda line: None, settings).content
     except LongreachError as refused:
         return {"verdict": "refused", "why": str(refused), "findings": [], "gap": None}
     except Exception:  # a study counts a crash of the search as what it is and goes on
         return {"verdict": "crashed", "why": traceback.format_exc()[-2000:], "findings": [], "gap": None}
-    kept = {key: content[key] for key in ("verdict", "why", "findings", "gap", "next_maneuver", "data")}
+    kept = {key: content[key] for key in ("verdict", "why", "findings", "leads", "gap", "next_maneuver", "data")}
     kept["where"] = content["where"][:2]
     kept["alarms"] = [key for key, item in content["parameters"].items() if item["alarm"]]
     text = json.dumps(kept, default=float)
@@ -123,5 +124,5 @@ def _second_round(case: Case, folder: Path, result: dict[str, Any], settings: Se
     more = [folder / "more_fit.csv", folder / "more_holdout.csv"]
     for take, path in enumerate(more, 2):
         record_shipped(load_rig(RIG).rig, replace(case.setting), proposal["name"], take, path)
-    again = _found(folder / "rig.yaml", [folder / "fit.csv", more[0]], [folder / "holdout.csv", more[1]], folder / "again", settings)
-    return {"maneuver": proposal["name"], **{key: again[key] for key in ("verdict", "why", "findings", "gap")}}
+    again = search_files(folder / "rig.yaml", [folder / "fit.csv", more[0]], [folder / "holdout.csv", more[1]], folder / "again", settings)
+    return {"maneuver": proposal["name"], **{key: again[key] for key in ("verdict", "why", "findings", "leads", "gap") if key in again}}

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from blind.cases import Case
+from tests.blind.cases import Case
 
 
 class BrokenSealError(Exception):

@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from blind.truth.measure import lagged, reading
-from blind.truth.nominal import machine
-from blind.truth.plant import SIGNALS, advance, at_rest, signals
-from blind.truth.references import CENTRE
-from blind.truth.session import JITTER, PERIOD_S, SETTLE_S, Setting, numbers_of, sensors_of, temperatures, write_log
-from config.load import load_maneuver
-from config.maneuver import maneuver_content
-from config.rig import Rig
-from control.controller import Controller
-from control.planning import plan_run
-from control.run_request import RunRequest
-from control.signals import Inputs, Mode
+from config.loading.load import load_maneuver
+from config.schema.maneuver import maneuver_content
+from config.schema.rig import Rig
+from servo_control.controller import Controller
+from servo_control.planning.planning import plan_run
+from servo_control.planning.run_request import RunRequest
+from servo_control.signals import Inputs, Mode
+from tests.blind.truth.measure import lagged, reading
+from tests.blind.truth.nominal import machine
+from tests.blind.truth.plant import SIGNALS, advance, at_rest, signals
+from tests.blind.truth.references import CENTRE
+from tests.blind.truth.session import JITTER, PERIOD_S, SETTLE_S, Setting, numbers_of, sensors_of, temperatures, write_log
 
 
 def record_shipped(rig: Rig, setting: Setting, maneuver: str, take: int, path: Path) -> None:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from blind.baselines import METHODS
-from blind.cases import Case
-from blind.one_case import Work, run_case
-from blind.score import Score, right, score
-from blind.truth.friction import BRISTLE
-from blind.truth.session import Hidden, Setting
+from tests.blind.baselines import METHODS
+from tests.blind.cases import Case
+from tests.blind.one_case import Work, run_case
+from tests.blind.scoring.score import Score, right, score
+from tests.blind.truth.friction import BRISTLE
+from tests.blind.truth.session import Hidden, Setting
 
 FIT, HOLDOUT = ("strokes+multisine", 10.0), ("stairs", 7.0)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from blind.cases import CONSTANTS, FORMS, PLACES, Case, Size, cases
-from blind.seal import ANSWERS, HASH, BrokenSealError, published, seal, unseal
-from blind.truth.effects import STRANGE
+from tests.blind.cases import CONSTANTS, FORMS, PLACES, Case, Size, cases
+from tests.blind.seal import ANSWERS, HASH, BrokenSealError, published, seal, unseal
+from tests.blind.truth.effects import STRANGE
 
 SIZES = {(*place, form, chambers): Size(0.01, 0.0, 1.0) for place in PLACES for form in FORMS for chambers in (False, True)}
 

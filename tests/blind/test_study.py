@@ -9,12 +9,13 @@ from typing import Any
 
 import pytest
 
-from blind.__main__ import results, waiting
-from blind.cases import BY_HAND, FORMS, PLACES, Case, Size, cases, sizes
-from blind.one_case import finder_digest, rig_text
-from blind.page import write_page
-from blind.seal import published, seal, unseal
-from config.load import rig_from_text
+from config.loading.load import rig_from_text
+from tests.blind.__main__ import STUDY, waiting
+from tests.blind.cases import BY_HAND, FORMS, PLACES, Case, Size, cases, sizes
+from tests.blind.one_case import finder_digest, rig_text
+from tests.blind.result_file import ALL, ENDED, gather, of_case, results
+from tests.blind.scoring.page import DOCS, write_page
+from tests.blind.seal import published, seal, unseal
 
 SIZES = {(*place, form, chambers): Size(0.01, 0.0, 1.0) for place in PLACES for form in FORMS for chambers in (False, True)}
 
@@ -36,10 +37,10 @@ def result(case: Case, finder: str) -> dict[str, Any]:
 def study(tmp_path: Path) -> Path:
     drawn = cases(5, SIZES)
     seal(tmp_path, drawn, 5)
-    (tmp_path / "results").mkdir()
+    (tmp_path / ENDED).mkdir()
     for number, case in enumerate(drawn[:40]):
         finder = finder_digest() if number % 2 else "older"
-        (tmp_path / "results" / f"{case.name}.json").write_text(json.dumps(result(case, finder)))
+        of_case(tmp_path, case.name).write_text(json.dumps(result(case, finder)))
     return tmp_path
 
 
@@ -49,16 +50,39 @@ def test_cases_with_a_result_are_not_run_again(study: Path) -> None:
     assert waiting(study, every, again=True) == [*every[0:40:2], *every[40:]]
 
 
+def test_results_of_single_cases_become_one_file_that_says_the_same(study: Path) -> None:
+    before = results(study)
+    gather(study)
+    assert results(study) == before
+    assert not list((study / ENDED).iterdir())
+    assert [json.loads(line)["name"] for line in (study / ALL).read_text().splitlines()] == sorted(before)
+
+
+def test_a_case_that_is_run_again_takes_the_place_of_its_line(study: Path) -> None:
+    gather(study)
+    name, older = next(iter(results(study).items()))
+    of_case(study, name).write_text(json.dumps({**older, "seconds": 77.0}))
+    assert results(study)[name]["seconds"] == 77.0
+    gather(study)
+    assert results(study)[name]["seconds"] == 77.0
+    assert len((study / ALL).read_text().splitlines()) == 40
+
+
 def test_page_shows_hash_counts_and_pictures(study: Path, tmp_path: Path) -> None:
     docs = tmp_path / "docs"
     docs.mkdir()
     write_page(study, unseal(study), results(study), docs)
-    text = (docs / "blind.md").read_text()
+    text = (docs / "results" / "blind.md").read_text()
     assert published(study)[0] in text
     assert "**40 of 646 cases run**" in text
     assert "None among the cases run" in text
     assert (docs / "pictures" / "blind_power.png").stat().st_size > 1000
     assert (docs / "pictures" / "blind_confusion.png").stat().st_size > 1000
+
+
+def test_the_committed_page_is_made_from_the_committed_results(tmp_path: Path) -> None:
+    write_page(STUDY, unseal(STUDY), results(STUDY), tmp_path)
+    assert (tmp_path / "results" / "blind.md").read_text() == (DOCS / "results" / "blind.md").read_text()
 
 
 def test_the_finder_gets_a_rig_without_the_hidden_effect() -> None:
@@ -110,12 +134,12 @@ def test_page_tells_versions_apart(study: Path, tmp_path: Path) -> None:
     """The share of one version is counted from its own cases."""
     every = unseal(study)
     older = next(c for c in every[:40:2] if c.group == "single" and c.multiple >= 3)
-    path = study / "results" / f"{older.name}.json"
+    path = of_case(study, older.name)
     path.write_text(json.dumps(json.loads(path.read_text()) | {"findings": [], "verdict": "unknown"}))
     docs = tmp_path / "docs"
     docs.mkdir()
     write_page(study, every, results(study), docs)
-    text = (docs / "blind.md").read_text()
+    text = (docs / "results" / "blind.md").read_text()
     rows = {name: next(line for line in text.splitlines() if f"(sources {name})" in line) for name in ("older", finder_digest())}
     large = {"older": every[:40:2], finder_digest(): every[1:40:2]}
     counts = {name: sum(c.group == "single" and c.multiple >= 3 for c in some) for name, some in large.items()}

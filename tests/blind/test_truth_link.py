@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from blind.truth.link import MODES, SIZE, TIP, bending_forces, gravity_forces, mass_matrix, solve, velocity_forces
-from blind.truth.nominal import machine, nominal
-from config.load import load_rig
+from config.loading.load import load_rig
+from tests.blind.truth.link import MODES, SIZE, TIP, bending_forces, gravity_forces, mass_matrix, solve, velocity_forces
+from tests.blind.truth.nominal import machine, nominal
 
 pytestmark = pytest.mark.slow  # numba compiles the whole machine
 NUMBERS = nominal(load_rig("ornl_testbed").rig)

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blind.truth.effects import EFFECTS, STRANGE
-from blind.truth.friction import BRISTLE, ELEMENTS, RIGID, SLIP, bristle_force, bristle_rate, element_force, level, slip
-from blind.truth.machine import Machine
-from blind.truth.nominal import jittered, machine, nominal
-from blind.truth.plant import PRESSURE, Q, W, advance, at_rest
-from blind.truth.session import Hidden, Setting, numbers_of, record
-from config.load import load_rig
+from config.loading.load import load_rig
 from gap.data.measured import load
+from tests.blind.truth.effects import EFFECTS, STRANGE
+from tests.blind.truth.friction import BRISTLE, ELEMENTS, RIGID, SLIP, bristle_force, bristle_rate, element_force, level, slip
+from tests.blind.truth.machine import Machine
+from tests.blind.truth.nominal import jittered, machine, nominal
+from tests.blind.truth.plant import PRESSURE, Q, W, advance, at_rest
+from tests.blind.truth.session import Hidden, Setting, numbers_of, record
 
 pytestmark = pytest.mark.slow  # numba compiles the whole machine
 RIG = load_rig("ornl_testbed").rig

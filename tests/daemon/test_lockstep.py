@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from rigs import JOG, RIG
 
 from config.errors import ConfigError, DaemonError, ManeuverError
 from daemon.lockstep import run_lockstep
-from recording.check import check_log
-from recording.reader import read_log
-from recording.replay import reexecute
+from recording.evaluation.replay import reexecute
+from recording.files.check import check_log
+from recording.files.reader import read_log
+from tests.support.daemon.rigs import JOG, RIG
 
 
 def cycle_bytes(path: Path) -> str:

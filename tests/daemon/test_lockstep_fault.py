@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from config.errors import DaemonError
-from config.load import LoadedRig, load_rig, rig_from_text
+from config.loading.load import LoadedRig, load_rig, rig_from_text
 from daemon.lockstep import run_lockstep
 
 

@@ -13,8 +13,8 @@ from contextlib import suppress
 
 import pytest
 
-from config.modbus_options import modbus_options
-from config.rig import Device
+from config.options.driver_options import device_options
+from config.schema.rig import Device
 from drivers.contract import Quality
 from drivers.modbus import ModbusDriver
 
@@ -78,7 +78,7 @@ def fuzz(peer: Peer, answers: int) -> None:
         "retry_after": "10 ms",
     }
     channels = {f"c{address}": {"address": address} for address in range(REGISTERS)}
-    driver = ModbusDriver("gauges", modbus_options("gauges", Device(driver="modbus", slow=True, options={**options, "channels": channels})))
+    driver = ModbusDriver("gauges", device_options("gauges", Device(driver="modbus", slow=True, options={**options, "channels": channels})))
     driver.open()
     driver.configure()
     assert {sample.quality for sample in driver.read(time.monotonic_ns())} == {Quality.GOOD}

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from functools import cache
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from config.errors import DriverError
-from config.modbus_options import REGISTERS, ModbusChannel, RtuOptions, TcpOptions, modbus_options
-from config.rig import Device
+from config.errors import ConfigError, DriverError
+from config.options.driver_options import device_options
+from config.options.modbus_options import REGISTERS, ModbusChannel, RtuOptions, TcpOptions
+from config.schema.rig import Device
 from drivers.contract import Quality
 from drivers.modbus import ModbusDriver
 from drivers.modbus_client import ModbusReadError
-from drivers.modbus_registers import LONGEST_READ, blocks, overlapping
+from drivers.modbus_registers import LONGEST_READ, blocks
 
 CHANNEL = st.builds(
     ModbusChannel,
@@ -51,7 +55,10 @@ def test_merged_blocks_hold_every_channel_once_and_within_the_limits(channels: d
 @given(MAPS)
 def test_overlap_is_found_exactly_when_a_register_is_used_twice(channels: dict[str, ModbusChannel]) -> None:
     used = [(c.table, c.address + number) for c in channels.values() for number in range(REGISTERS[c.type])]
-    assert (overlapping(channels) is not None) == (len(used) != len(set(used)))
+    written = {name: channel.model_dump() for name, channel in channels.items()}
+    is_shared = len(used) != len(set(used))
+    with pytest.raises(ConfigError, match="share a register") if is_shared else nullcontext():
+        tcp_options(written)
 
 
 class Garbage:
@@ -80,11 +87,11 @@ class Garbage:
 ANSWERS = st.lists(st.none() | st.just("refused") | st.lists(st.integers(-70000, 70000), max_size=6), max_size=20)
 
 
+@pytest.mark.slow
 @settings(max_examples=2000, deadline=None)
 @given(ANSWERS, st.integers(0, 2_000_000_000))
 def test_no_answer_whatever_makes_the_driver_fail_or_lie(answers: list[object], step_ns: int) -> None:
-    options = tcp_options({"a": {"address": 0, "type": "int32"}, "b": {"table": "holding", "address": 9, "type": "float32"}})
-    driver = ModbusDriver("gauges", options, lambda _: Garbage(answers))
+    driver = ModbusDriver("gauges", _two_gauges(), lambda _: Garbage(answers))
     if answers[:1] == [None]:
         with pytest.raises(DriverError, match="no connection"):
             driver.open()
@@ -97,7 +104,12 @@ def test_no_answer_whatever_makes_the_driver_fail_or_lie(answers: list[object], 
 
 
 def tcp_options(channels: dict[str, dict[str, object]]) -> TcpOptions | RtuOptions:
-    return modbus_options("gauges", Device(driver="modbus", slow=True, options={"transport": "tcp", "host": "none", "channels": channels}))
+    return device_options("gauges", Device(driver="modbus", slow=True, options={"transport": "tcp", "host": "none", "channels": channels}))
+
+
+@cache
+def _two_gauges() -> TcpOptions | RtuOptions:
+    return tcp_options({"a": {"address": 0, "type": "int32"}, "b": {"table": "holding", "address": 9, "type": "float32"}})
 
 
 @pytest.mark.parametrize("registers", [[1], [1, 2, 3], [1, 70000], [-1, 0]])

@@ -4,12 +4,12 @@ import time
 from pathlib import Path
 
 import pytest
-from driver_contract import DriverContract, Outputs
 
-from config.errors import DriverError
-from config.load import load_rig
-from config.rig import Device
+from config.errors import ConfigError, DriverError
+from config.loading.load import load_rig
+from config.schema.rig import Device
 from drivers.contract import Driver
+from drivers.driver_contract import DriverContract, Outputs
 from drivers.output_register import OutputRegister
 from drivers.sim import SimDriver, create
 
@@ -128,7 +128,7 @@ def test_a_stopped_process_finds_the_plant_at_most_a_second_later() -> None:
 
 
 def test_unknown_options_are_refused() -> None:
-    with pytest.raises(DriverError, match=r"sead.*seed: whole number"):
+    with pytest.raises(ConfigError, match=r"devices.plant.options.*sead is not a key here: nearest is 'seed'"):
         SimDriver("plant", Device(driver="sim", options={"sead": 1}), RIG, lockstep=True)
 
 

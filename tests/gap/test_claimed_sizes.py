@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import axis_logs
 import pytest
 
-from config.load import LoadedRig, rig_from_text
+from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
 from gap.find import search_gap
 from gap.search.settings import Settings
+from tests.support.gap import axis_logs
 
 pytestmark = pytest.mark.slow
 TEXT = axis_logs.axis_text()

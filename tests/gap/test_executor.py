@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from axis_logs import axis_text, simulated, write
 
 from config.errors import ConfigError
-from config.load import rig_from_text
+from config.loading.load import rig_from_text
 from gap.executor import each, executor
 from gap.study import line, run_search, run_study, searches
+from tests.support.gap.axis_logs import axis_text, simulated, write
 
 
 def cube(number: int) -> int:
@@ -42,16 +42,15 @@ def test_processes_answer_each_task_once() -> None:
         assert dict(each(pool, cube, range(7))) == {k: k**3 for k in range(7)}
 
 
-def test_tasks_run_in_other_processes() -> None:
+@pytest.mark.slow
+def test_tasks_run_in_other_processes_and_a_failing_one_is_raised_here() -> None:
     with executor(1) as pool:
         assert {pid for _, pid in each(pool, process_of, [0, 1])}.isdisjoint({os.getpid()})
+        with pytest.raises(ValueError, match="task 3"):
+            list(each(pool, fails, [3]))
 
 
-def test_a_failing_task_is_raised_here() -> None:
-    with executor(1) as pool, pytest.raises(ValueError, match="task 3"):
-        list(each(pool, fails, [3]))
-
-
+@pytest.mark.slow
 def test_no_scheduler_is_a_clear_refusal() -> None:
     pytest.importorskip("distributed", reason="the extra longreach[dask] is not installed")
     with pytest.raises(ConfigError, match="no Dask scheduler answers"), executor(dask="tcp://127.0.0.1:9"):

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from config.load import load_rig
-from daemon.cli.gap_demo import logged, without
+from config.loading.load import load_rig
+from daemon.cli.gap.gap_demo import logged, without
 from gap.find import find
 
 
@@ -36,8 +36,8 @@ def named(content: dict[str, Any]) -> set[tuple[str, str]]:
     [
         ("link_flexibility", "link"),
         ("coulomb_friction", "rotary"),
-        ("valve_lag", "rotary"),
-        ("hose_compliance", "rotary"),  # softer oil, far beyond its prior, would do as much
+        pytest.param("valve_lag", "rotary", marks=pytest.mark.long),
+        pytest.param("hose_compliance", "rotary", marks=pytest.mark.long),  # softer oil, far beyond its prior, would do as much
     ],
 )
 def test_deleted_effect_is_found(tmp_path: Path, logs: dict[str, Path], effect: str, where: str) -> None:
@@ -49,6 +49,7 @@ def test_deleted_effect_is_found(tmp_path: Path, logs: dict[str, Path], effect: 
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(1200)
 def test_a_joint_without_friction_gets_it_back(tmp_path: Path, logs: dict[str, Path]) -> None:
     text = load_rig("ornl_testbed").text

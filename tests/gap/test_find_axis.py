@@ -7,16 +7,17 @@ import re
 from pathlib import Path
 from typing import Any
 
-import axis_logs
 import pytest
-from findings_schema import problems
 
-from config.load import load_rig
+from config.loading.load import load_rig
 from gap.find import find
+from tests.support.gap import axis_logs
+from tests.support.gap.findings_schema import problems
+from tests.support.gap.written_constants import differing
 
 
 def search(tmp_path: Path, model_text: str, truth_text: str) -> dict[str, Any]:
-    from config.load import rig_from_text
+    from config.loading.load import rig_from_text
 
     truth = rig_from_text(truth_text)
     model = tmp_path / "axis.yaml"
@@ -25,6 +26,7 @@ def search(tmp_path: Path, model_text: str, truth_text: str) -> dict[str, Any]:
     find(model, logs[:1], logs[1:], tmp_path / "out", lambda line: None)
     content: dict[str, Any] = json.loads((tmp_path / "out" / "findings.json").read_text())
     assert problems(content) == []
+    assert differing(content, tmp_path / "out" / "rig.yaml") == []
     return content
 
 
@@ -54,6 +56,7 @@ def test_no_gap_is_said_and_the_rig_file_stays(tmp_path: Path) -> None:
     assert all(row["smallest_visible"] is None or row["smallest_visible"] > 0 for row in content["not_seen"])
 
 
+@pytest.mark.slow
 def test_wrong_constants_are_no_missing_effect(tmp_path: Path) -> None:
     truth = axis_logs.axis_text().replace("mass: 95.1089 kg", "mass: 97.5 kg").replace("coefficient: 203.5", "coefficient: 225")
     content = search(tmp_path, axis_logs.axis_text(), truth)
@@ -67,6 +70,7 @@ def test_wrong_constants_are_no_missing_effect(tmp_path: Path) -> None:
     assert content["gap"]["holdout_after"] <= 1.2
 
 
+@pytest.mark.slow
 def test_a_delayed_encoder_is_named(tmp_path: Path) -> None:
     truth = axis_logs.axis_text() + "    - {effect: sensor_delay, where: sensor:axis.position, delay: 4 ms}\n"
     content = search(tmp_path, axis_logs.axis_text(), truth)
@@ -75,6 +79,7 @@ def test_a_delayed_encoder_is_named(tmp_path: Path) -> None:
     assert "coulomb_friction" not in named
 
 
+@pytest.mark.slow
 def test_a_mass_far_from_its_prior_is_an_alarm_that_an_effect_explains(tmp_path: Path) -> None:
     """The tag [B] grants 2 % of the mass, not 7.5 %: an inertia that the rig file lacks is likelier, or an encoder read too large."""
     truth = axis_logs.axis_text().replace("mass: 95.1089 kg", "mass: 102.24 kg")

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from benchmarks.look_alike_cases import BENCHES, FORCE_AXIS
-from benchmarks.look_alikes import rigs_of, run_case
+from benchmarks.gap.look_alike_cases import BENCHES, FORCE_AXIS
+from benchmarks.gap.look_alikes import rigs_of, run_case
 from config.errors import DaemonError
-from config.load import load_rig, rig_from_text
+from config.loading.load import load_rig, rig_from_text
 from gap import loop
-from gap.loop import Course, Round, first_designs, resolve
-from gap.maneuvers.designs import Design
+from gap.loop import LoopCourse, Round, first_designs, resolve
+from gap.maneuvers.designs import ManeuverDesign
 
 ASKED = {"name": "staircase", "parameters": {"steps": 3}, "repeats": 1, "sensor": None, "why": "expected t 9", "separates": ["a", "b"]}
 
@@ -36,8 +36,8 @@ class Searches:
         return SimpleNamespace(content=self.contents[len(self.given) - 1])
 
 
-def course(monkeypatch: pytest.MonkeyPatch, searches: Searches, fault: bool = False) -> tuple[Course, list[Round]]:
-    def run(design: Design, name: str) -> Path:
+def course(monkeypatch: pytest.MonkeyPatch, searches: Searches, fault: bool = False) -> tuple[LoopCourse, list[Round]]:
+    def run(design: ManeuverDesign, name: str) -> Path:
         if fault:
             raise DaemonError("the run is not valid", value="fault")
         return Path(f"{name}-{design.name}")
@@ -81,7 +81,7 @@ def test_a_wave_that_the_rig_stops_is_run_again_with_half_the_power(monkeypatch:
     monkeypatch.setattr(loop, "find", searches)
     tried: list[tuple[str, str]] = []
 
-    def run(design: Design, name: str) -> Path:
+    def run(design: ManeuverDesign, name: str) -> Path:
         tried.append((name, design.parameters["amplitude"]))
         if design.parameters["amplitude"] == "8 V" and name.endswith("decide-1"):
             raise DaemonError("the run is not valid", value="fault")
@@ -130,6 +130,7 @@ def test_the_first_two_maneuvers_fit_the_rig(name: str, expected: tuple[str, str
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(1200)
 def test_what_slow_triangles_leave_open_is_run_on_the_daemon_and_searched_again(tmp_path: Path) -> None:
     """Through the daemon on the virtual clock. The command is late; with the position alone measured a late encoder is exactly the same:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import axis_logs
 import numpy as np
 import pytest
 
@@ -15,6 +14,7 @@ from gap.find import find
 from gap.fitting.evaluation import evaluate, mean_cost
 from gap.fitting.model import Model
 from gap.search.settings import Settings
+from tests.support.gap import axis_logs
 
 SIGMA = {"axis.position": float(np.hypot(2e-6, 1e-6 / np.sqrt(12)))}
 
@@ -52,3 +52,20 @@ def test_the_search_names_the_effect_at_every_rate(tmp_path: Path, rate_Hz: int)
     assert (content["findings"][0]["effect"], content["findings"][0]["where"]) == ("coulomb_friction", "axis")
     assert content["findings"][0]["parameters"]["friction"]["value"] == pytest.approx(20.39, rel=0.05)
     assert content["gap"]["holdout_after"] <= 1.3
+
+
+@pytest.mark.slow
+def test_logs_of_different_rates_are_searched_together(tmp_path: Path) -> None:
+    """Two fit logs and two hold-outs, no two at one rate; the report is written."""
+    truth = axis_logs.axis_rig()
+    rates = {"fit_1": 1000, "fit_2": 250, "hold_1": 2000, "hold_2": 400}
+    logs = [
+        axis_logs.write(tmp_path / f"{name}.csv", axis_logs.simulated(truth, seed, 8.0, 1 / rate_Hz))
+        for seed, (name, rate_Hz) in enumerate(rates.items(), 21)
+    ]
+    model = tmp_path / "axis.yaml"
+    model.write_text(axis_logs.axis_text("coulomb_friction"))
+    content = find(model, logs[:2], logs[2:], tmp_path / "out", lambda line: None, Settings(propose=False)).content
+    assert [(f["effect"], f["where"]) for f in content["findings"]] == [("coulomb_friction", "axis")]
+    assert content["findings"][0]["parameters"]["friction"]["value"] == pytest.approx(20.39, rel=0.05)
+    assert (tmp_path / "out" / "report.html").exists()

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import axis_logs
 import numpy as np
 import pytest
 
-from config.load import LoadedRig, rig_from_text
-from config.rig import Rig
+from config.loading.load import LoadedRig, rig_from_text
+from config.schema.rig import Rig
 from gap.data.measured import Measured, on_grid
 from gap.find import search_gap
 from gap.search.settings import Settings
 from sim_backend.plant import SimulatedRig
+from tests.support.gap import axis_logs
 
 SENSOR = "    axis.second_position: {resolution: 1 um, noise: 2 um, low: -0.10 m, high: 0.35 m}\n"
 LATE = "    - {effect: sensor_delay, where: sensor:axis.position, delay: 4 ms}\n"

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from config.errors import PlantError
-from daemon.faults.twin_process import TwinProcess, multicast_rig
+from daemon.faults.benches.twin_process import TwinProcess, multicast_rig
 from sim_backend.twin.network_namespace import NetworkNamespace
 
 

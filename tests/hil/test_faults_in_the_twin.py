@@ -5,19 +5,21 @@ from __future__ import annotations
 import pytest
 
 from config.errors import PlantError
-from daemon.faults import twin_bench
-from daemon.faults.fault import Fault, Row, Where
+from daemon.faults.benches import twin_bench
+from daemon.faults.benches.twin_bench import TwinBench
+from daemon.faults.fault import Fault, FaultPlace, FaultRow
 from daemon.faults.matrix import run_matrix
-from daemon.faults.twin_bench import TwinBench
 from daemon.faults.twin_faults import twin_faults
+
+pytestmark = pytest.mark.clock
 
 
 def fault_of(bench: TwinBench, name: str) -> Fault:
     return next(fault for fault in twin_faults(bench) if fault.name == f"CAN: {name}")
 
 
-def row_of(fault: Fault) -> Row:
-    return next(run_matrix([fault], dict.fromkeys(Where, 1), by_median=True))
+def row_of(fault: Fault) -> FaultRow:
+    return next(run_matrix([fault], dict.fromkeys(FaultPlace, 1), by_median=True))
 
 
 @pytest.mark.slow

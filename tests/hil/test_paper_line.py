@@ -6,24 +6,23 @@ Daemon and twin have a processor each. The machine may be shared: late cycles an
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from config.load import load_rig
-from daemon.cli.demo_report import timing_summary
-from daemon.faults.commissioning import commission
-from daemon.faults.twin_process import TwinProcess, multicast_rig, patient
+from config.loading.load import load_rig
+from daemon.cli.demo.demo_report import timing_summary
+from daemon.faults.benches.commissioning import commission
+from daemon.faults.benches.twin_process import TwinProcess, multicast_rig, patient
 from daemon.lockstep import run_lockstep
-from recording.reader import Log, read_log
-from recording.replay import reexecute
-from recording.vibration import hold_vibration
+from recording.evaluation.replay import reexecute
+from recording.evaluation.vibration import hold_vibration
+from recording.files.reader import Log, read_log
 from sim_backend.twin.network_namespace import NetworkNamespace
+from tests.support.daemon.running_daemon import RunningDaemon, until
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "daemon"))
-from running_daemon import RunningDaemon, until
+pytestmark = pytest.mark.clock
 
 LINE = {"maneuver": {"name": "paper_line"}, "approach": True, "countdown_s": 0.0}
 

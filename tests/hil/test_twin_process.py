@@ -17,11 +17,13 @@ import can
 import pytest
 
 from config.errors import DriverError
-from daemon.faults.twin_process import TwinProcess
+from daemon.faults.benches.twin_process import TwinProcess
 from drivers import registry
 from drivers.contract import Driver, Quality
 from drivers.proof import ProvesSafeState
 from sim_backend.twin.network_namespace import GROUP
+
+pytestmark = pytest.mark.clock
 
 PERIOD_NS = 1_000_000
 VALVES = ("rotary_valve", "prismatic_valve")

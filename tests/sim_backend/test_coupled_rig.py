@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plants import INCH_M, Content, SimulatedRig, centred_null, isothermal, joint_response, ornl, slot, without
 
-from sim_backend.layout import J
+from sim_backend.memory.layout import J
+from tests.support.sim_backend.plants import INCH_M, Content, SimulatedRig, centred_null, isothermal, joint_response, ornl, slot, without
 
 
 def release(gain_V_per_deg: float, extension_in: float, payload_lb: float) -> tuple[float, float, float]:

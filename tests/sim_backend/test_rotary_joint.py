@@ -6,13 +6,24 @@ import math
 
 import numpy as np
 import pytest
-from plants import EQ4_DAMPING, EQ4_NUMERATOR, EQ4_STIFFNESS, SUPPLY_PA, eq4, isothermal, ornl, rotary_response, slot, unloaded_inertia_13
 
-from sim_backend.kernel import hold_terms, start_air
-from sim_backend.layout import DIFFERENTIAL, C, D, J
+from sim_backend.kernel.kernel import hold_terms, start_air
+from sim_backend.kernel.rates import rates
+from sim_backend.memory.layout import DIFFERENTIAL, C, D, J
+from sim_backend.memory.work import WORK
 from sim_backend.plant import SimulatedRig
-from sim_backend.rates import rates
-from sim_backend.work import WORK
+from tests.support.sim_backend.plants import (
+    EQ4_DAMPING,
+    EQ4_NUMERATOR,
+    EQ4_STIFFNESS,
+    SUPPLY_PA,
+    eq4,
+    isothermal,
+    ornl,
+    rotary_response,
+    slot,
+    unloaded_inertia_13,
+)
 
 DISPLACEMENT = 2260 / 13.79e6  # torque at supply pressure over supply pressure, as the paper rates the actuator
 
@@ -28,7 +39,7 @@ def test_ratings_at_2000_psi() -> None:
 
 
 def set_e() -> SimulatedRig:
-    """Set E (physics.md §2.7): no Coulomb friction, no valve lag, a_l = 10/s, b = 130/s, J = 13; constants from linear theory."""
+    """Set E (docs/method/plant.md, P20): no Coulomb friction, no valve lag, a_l = 10/s, b = 130/s, J = 13; constants from linear theory."""
     sim = SimulatedRig(ornl(isothermal))
     p = sim.parameters.values
     inertia, volume, displacement = 13.0, 725e-6, p[slot(0, J.AREA_A)]

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from longreach_service import Service
-from nspawn_machine import Machine, why_not
+
+from tests.systemd.longreach_service import Service
+from tests.systemd.nspawn_machine import Machine, why_not
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 VENV = Path(sys.prefix)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from nspawn_machine import Machine, eventually
+from daemon.server.protocol import Client
+from tests.systemd.nspawn_machine import Machine, eventually
 
-from daemon.protocol import Client
-
-UNIT = "longreachd.service"
+UNIT, REPORTS = "longreachd.service", "longreach-reports.service"
 START_LIMIT_S = 30.0
 
 
@@ -32,9 +31,11 @@ class Service:
         self.systemctl("reset-failed", UNIT, check=False)
 
     def up(self) -> None:
-        """Running and disarmed, as it is or newly started."""
+        """Running and disarmed, as it is or newly started: a test that failed may have left it faulted."""
         self.forgive()
         self.systemctl("start", UNIT)
+        if self.mode() != "disarmed":
+            self.systemctl("restart", UNIT)
         assert self.mode() == "disarmed"
 
     def fresh(self) -> None:
@@ -46,7 +47,7 @@ class Service:
         """Process number inside the machine; role: main, control, recorder."""
         if role == "main":
             return self.show("MainPID")
-        return self.machine.run("pgrep", "-f", f"daemon.{role}_process", check=True).stdout.strip()
+        return self.machine.run("pgrep", "-f", f"daemon.processes.{role}_process", check=True).stdout.strip()
 
     def signal(self, name: str, role: str) -> None:
         self.machine.run("kill", "-s", name, self.pid(role), check=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from config.load import load_rig
+from config.loading.load import load_rig
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 SYSTEM_PYTHON = "/usr/bin/python3"
@@ -136,7 +136,7 @@ def test_staged_copy_is_complete_and_runs_from_elsewhere(staged: Path, tmp_path:
 
 @pytest.mark.slow
 def test_an_installed_copy_names_the_commit_it_was_made_from(staged: Path) -> None:
-    line = "from daemon.host_facts import software; print(software()['software_commit'])"
+    line = "from daemon.host.host_facts import software; print(software()['software_commit'])"
     answer = subprocess.run([staged / "opt/longreach/bin/python", "-I", "-c", line], capture_output=True, text=True, check=True)
     head = subprocess.run(["git", "-C", str(CHECKOUT), "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout
     assert head.startswith(answer.stdout.strip().rstrip("+"))
@@ -157,10 +157,12 @@ def test_another_prefix_reaches_the_unit_and_configuration_is_kept(staged: Path)
     rig.write_text("ours\n")
     network.write_text("ours\n")
     assert script("install.sh", "--destdir", str(staged), "--prefix", "/srv/arm/longreach", "--from-venv", sys.prefix).returncode == 0
-    unit = (staged / "etc/systemd/system/longreachd.service").read_text()
-    assert "/srv/arm/longreach/bin/longreachd" in unit
-    assert "/opt/longreach" not in unit
+    units = [(staged / "etc/systemd/system" / name).read_text() for name in ("longreachd.service", "longreach-reports.service")]
+    assert "/srv/arm/longreach/bin/longreachd" in units[0]
+    assert "/srv/arm/longreach/bin/longreach log report" in units[1]
+    assert "/opt/longreach" not in "".join(units)
+    assert not list((staged / "etc/systemd/system").glob("*.wants")), "nothing is enabled by the installation"
     assert script("uninstall.sh", "--destdir", str(staged), "--prefix", "/srv/arm/longreach").returncode == 0
     assert not (staged / "srv/arm/longreach").exists()
-    assert not (staged / "etc/systemd/system/longreachd.service").exists()
+    assert not list((staged / "etc/systemd/system").iterdir())
     assert rig.read_text() == network.read_text() == "ours\n"

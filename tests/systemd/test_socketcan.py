@@ -14,11 +14,12 @@ import pytest
 
 HERE = Path(__file__).parent
 CHECKOUT = HERE.parents[1]
-DRIVER_TESTS = tuple(f"tests/drivers/canopen/test_canopen_{name}.py" for name in ("contract", "encoder", "valve", "io"))
+DRIVER_TESTS = tuple(f"tests/drivers/canopen/test_{name}.py" for name in ("contract", "encoder", "valve", "io"))
 LIMIT_S = 240
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.clock,
     pytest.mark.timeout(LIMIT_S + 30),
     pytest.mark.skipif(shutil.which("linux.uml") is None, reason="not installed: linux.uml (Debian: user-mode-linux)"),
     pytest.mark.skipif(shutil.which("insmod") is None, reason="not installed: insmod (Debian: kmod)"),

@@ -15,7 +15,7 @@ cd "$CHECKOUT" || poweroff -f
 # Devices that give up after 60 ms do so when this kernel stops for as long, which it does on a busy host: what failed is tried again, and
 # tests that measure a device's time-outs are left to the virtual bus outside.
 for attempt in 1 2 3; do
-  PYTHONPATH=tests/systemd "$PYTHON" -m pytest -p vcan_plugin -o cache_dir=/tmp/cache --last-failed -q --no-header --color=no -ra -m "not device_clock" ${TESTS//,/ }
+  "$PYTHON" -m pytest -p tests.systemd.vcan_plugin -o cache_dir=/tmp/cache --last-failed -q --no-header --color=no -ra -m "not device_clock" ${TESTS//,/ }
   status=$?
   echo "attempt $attempt: exit status $status"
   [ $status = 1 ] || break

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import can
 import pytest
-from vcan_plugin import new_interface
 
-from config.canopen_options import CanBus
 from config.errors import DriverError
+from config.options.canopen_options import CanBus
 from drivers.canopen.bus import CanopenBus, acquire, release
+from tests.systemd.vcan_plugin import new_interface
 
 FAULT_CYCLES = 5
 

@@ -5,16 +5,11 @@ from __future__ import annotations
 import itertools
 import os
 import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import can
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "drivers" / "canopen"))
-
-import canopen_rig
-import local_nodes
+from tests.support.drivers import canopen_rig, local_nodes
 
 _numbers = itertools.count()
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from config.load import find, load_rig
-from config.rig import Rig
+from config.loading.load import find, load_rig
+from config.schema.rig import Rig
 
 
 @pytest.fixture(scope="session")

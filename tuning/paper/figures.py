@@ -6,21 +6,22 @@ from collections.abc import Callable, Sequence
 from math import pi
 from typing import Any
 
+import control
 import numpy as np
 from matplotlib.figure import Figure
 
-from config.rig import Rig
-from sim_backend.warm_up import warm_up
-from tuning.describing_function import FrictionCompliance
-from tuning.exact_cycle import ExactLoop
-from tuning.five_hours import stated_flow
+from config.schema.rig import Rig
+from sim_backend.kernel.warm_up import warm_up
+from tuning.arrays import Complexes
+from tuning.experiments.five_hours import stated_flow
+from tuning.experiments.sine_test import SineTest, rotary, velocity_response
+from tuning.limit_cycles.describing_function import FrictionCompliance
+from tuning.limit_cycles.exact_cycle import ExactLoop
 from tuning.paper.row import PAYLOAD_KG, SWEEP_HZ
 from tuning.paper.rows_cycles import predictions
 from tuning.paper.rows_link import EXTENSIONS_IN, PAYLOADS_LB, map_of_frequencies
-from tuning.release import PRISMATIC
-from tuning.sine_test import SineTest, rotary, velocity_response
-from tuning.transfer import EQ4, Complexes
-from tuning.variants import with_valve
+from tuning.transfer import EQ4
+from tuning.variants import PRISMATIC, with_valve
 
 RATIOS = (1.0, 1.1, 1.2)
 GAINS = (0.8, 1.0, 1.2)
@@ -39,7 +40,7 @@ def figure_2(rig: Rig) -> Figure:
 def figure_3(rig: Rig) -> Figure:
     """Bounds by temperature at 0.1 V beside the paper's Eq 4 × {0.8, 1, 1.2}."""
     s = 2j * pi * np.array(SWEEP_HZ)
-    lines: list[tuple[str, Complexes, str]] = [(f"Eq 4 × {k:g}", k * EQ4(s) * s, "k:") for k in GAINS]
+    lines: list[tuple[str, Complexes, str]] = [(f"Eq 4 × {k:g}", k * EQ4(s) * s, ":") for k in GAINS]
     lines += [(f"{t:g} °C", np.degrees(1.0) * velocity_response(rig, rotary(t), 0.1, SWEEP_HZ), "-") for t in (22.0, 40.0, 56.0)]
     return _bode(lines, "velocity per command, dB re 1 °/s/V")
 
@@ -75,7 +76,7 @@ def figure_6(_: Rig) -> Figure:
         element = FrictionCompliance.of_ratio(ratio)
         curve = -1.0 / element.describing_function(element.smallest_amplitude * (1.0 + np.geomspace(1e-6, 50.0, 600)))
         nyquist.plot(curve.real, curve.imag, label=f"−1/N, H_s/H_c = {ratio:g}")
-        exact = [ExactLoop(EQ4.scaled(float(k)), element).march(1.0) for k in gains]
+        exact = [ExactLoop(float(k) * EQ4, element).march(1.0) for k in gains]
         line = cycles.plot(gains, [c.frequency_Hz if c else np.nan for c in exact], label=f"exact, {ratio:g}")[0]
         dots = [(k, p.frequency_Hz) for k in gains for p in predictions(float(k), ratio) if p.stable]
         if dots:
@@ -100,8 +101,8 @@ def figure_8(rig: Rig) -> Figure:
 def _bode(lines: Bode, unit: str) -> Figure:
     figure, (gain, phase) = _axes(2)
     for label, response, style in lines:
-        gain.semilogx(SWEEP_HZ, 20.0 * np.log10(np.abs(response)), style, label=label)
-        phase.semilogx(SWEEP_HZ, np.degrees(np.unwrap(np.angle(response))), style, label=label)
+        measured = control.frd(response, 2.0 * pi * np.array(SWEEP_HZ))
+        control.bode_plot(measured, ax=np.array([[gain], [phase]]), dB=True, Hz=True, title="", label=label, linestyle=style)
     _finish(gain, "frequency, Hz", unit)
     _finish(phase, "frequency, Hz", "phase, °")
     return figure

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from config.rig import Rig
-from recording.spectrum import hann_spectrum
-from tuning.line_run import LineRun, coupled_run, plan_line, rms_dB, spectrum_dB
+from config.schema.rig import Rig
+from recording.evaluation.spectrum import hann_spectrum
+from tuning.experiments.line_run import LineRun, coupled_run, plan_line, rms_dB, spectrum_dB
 from tuning.paper.rows_motion import LINE_Y40
 from tuning.variants import as_in_1997
 

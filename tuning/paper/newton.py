@@ -9,8 +9,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
-from sim_backend.layout import C, Vector
-from sim_backend.link import K11, K22, mass_and_bias
+from sim_backend.memory.layout import C, Vector
+from sim_backend.physics.link import K11, K22, mass_and_bias
 
 Long = NDArray[np.longdouble]
 STEP = np.longdouble(2e-3)

@@ -10,11 +10,11 @@ from importlib.metadata import version
 
 from matplotlib.figure import Figure
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from tuning.paper.figures import FIGURES
 from tuning.paper.figures_motion import figures_9_and_10
 from tuning.paper.misprints import MISPRINTS
-from tuning.paper.row import Row
+from tuning.paper.row import ClaimRow
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; color: #222 }
@@ -25,7 +25,7 @@ img { max-width: 100% } figure { margin: 1.5em 0 }
 """
 
 
-def paper_page(rig: Rig, rows: Sequence[Row]) -> str:
+def paper_page(rig: Rig, rows: Sequence[ClaimRow]) -> str:
     """The page for rows that were computed already; figures are computed here."""
     passed = sum(row.ok for row in rows)
     pictures = [(name, caption, make(rig)) for name, caption, make in FIGURES]
@@ -45,13 +45,13 @@ def paper_page(rig: Rig, rows: Sequence[Row]) -> str:
     return head + "\n".join(parts) + "</html>\n"
 
 
-def _cells(row: Row) -> list[str]:
+def _cells(row: ClaimRow) -> list[str]:
     note = f"<br><span class='note'>{escape(row.note)}</span>" if row.note else ""
     verdict = "<span class='pass'>holds</span>" if row.ok else "<span class='fail'>fails</span>"
     return [str(row.row), escape(row.claim), escape(row.measured) + note, escape(row.target), escape(row.tolerance), verdict]
 
 
-def _misprint_cells(rows: Sequence[Row], index: int) -> list[str]:
+def _misprint_cells(rows: Sequence[ClaimRow], index: int) -> list[str]:
     item = MISPRINTS[index]
     shown = next((f"row {row.row}: {row.measured}" for row in rows if row.row == item.row), "reading")
     return [escape(text) for text in (item.where, item.printed, item.right, shown)]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from config.rig import Rig
+from config.schema.rig import Rig
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ClaimRow:
     """`measured` and `target` are text with units; `ok` was decided from the numbers. `note` says what else must be known."""
 
     row: int
@@ -24,7 +24,7 @@ class Row:
 PAYLOAD_KG = 45 * 0.45359237  # of the paper's tests
 SWEEP_HZ = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0)
 
-RowMaker = Callable[[Rig], Row]
+RowMaker = Callable[[Rig], ClaimRow]
 
 
 def near(measured: Sequence[float], target: Sequence[float], *, relative: float = 0.0, absolute: float = 0.0) -> bool:

@@ -5,18 +5,22 @@ from __future__ import annotations
 from functools import partial
 from math import degrees
 
-from config.rig import Rig
-from control.link_mode import LinkFrequency
-from tuning.closed_loop import Servo, least_damping, sampled_loop
-from tuning.describing_function import FrictionCompliance
-from tuning.exact_cycle import ExactLoop, gain_for_frequency
-from tuning.family import INERTIAS, Member, eq1, members, sampled_compensator, sampled_plant, valve
-from tuning.limit_cycles import Prediction, predict_limit_cycles
-from tuning.linear_arm import linear_arm
-from tuning.margins import margins
-from tuning.paper.row import PAYLOAD_KG, Row, near
-from tuning.release import Place, Release, release
-from tuning.transfer import EQ4, Complexes, Floats, TransferFunction
+import control
+import numpy as np
+
+from config.schema.rig import Rig
+from servo_control.link.link_mode import LinkFrequency
+from tuning.arrays import Complexes, Floats
+from tuning.experiments.release import Release, ReleaseConditions, release
+from tuning.limit_cycles.describing_function import FrictionCompliance
+from tuning.limit_cycles.exact_cycle import ExactLoop, gain_for_frequency
+from tuning.limit_cycles.limit_cycles import PredictedCycle, predict_limit_cycles
+from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
+from tuning.linear.family import INERTIAS, Member, eq1, members, sampled_compensator, sampled_plant, valve
+from tuning.linear.linear_arm import linear_arm
+from tuning.linear.margins import margins
+from tuning.paper.row import PAYLOAD_KG, ClaimRow, near
+from tuning.transfer import EQ4
 
 INCH_M, POUND_KG, PER_DEG = 0.0254, 0.45359237, degrees(1.0)
 # gain factor, H_s/H_c: describing function (Hz, M/H_c), exact (Hz, M/H_c), for Eq 4 in a unity loop
@@ -33,18 +37,15 @@ CYCLES = {
     (3.0, 1.2): ((11.08, 9.05), (11.09, 9.13)),
 }
 DAMPING_PLACES = ((60.0, 0.0), (12.0, 45.0), (20.0, 45.0), (30.0, 45.0), (36.0, 45.0), (48.0, 45.0), (60.0, 45.0), (60.0, 75.0))
+PERIOD_S = 0.001
 DESIGN_C = Servo(0.4058 * 6.0, ((44.04, 440.4), (8.0, 8.0 / 6.0)))
 
 
-def _loop(k: float, omega: Floats) -> Complexes:
-    return k * EQ4(1j * omega)
+def predictions(k: float, ratio: float) -> list[PredictedCycle]:
+    return predict_limit_cycles(k * EQ4, FrictionCompliance.of_ratio(ratio))
 
 
-def predictions(k: float, ratio: float) -> list[Prediction]:
-    return predict_limit_cycles(partial(_loop, k), FrictionCompliance.of_ratio(ratio))
-
-
-def intersections(_: Rig) -> Row:
+def intersections(_: Rig) -> ClaimRow:
     found: list[float] = []
     wanted: list[float] = []
     for (k, ratio), (expected, _exact) in CYCLES.items():
@@ -55,7 +56,7 @@ def intersections(_: Rig) -> Row:
     none = [len(predictions(k, 1.0)) for k in (0.8, 1.0, 1.2)]
     unity = [p for k in (0.8, 1.0, 1.2) for ratio in (1.1, 1.2) for p in predictions(k, ratio)]
     low, high = min(p.frequency_Hz for p in unity), max(p.frequency_Hz for p in unity)
-    return Row(
+    return ClaimRow(
         6,
         "Fig 6: intersections at 5–6 Hz",
         f"Eq 4 × {{0.8, 1, 1.2}}: {low:.2f}–{high:.2f} Hz, none for H_s = H_c",
@@ -66,16 +67,16 @@ def intersections(_: Rig) -> Row:
     )
 
 
-def exact_cycles(_: Rig) -> Row:
+def exact_cycles(_: Rig) -> ClaimRow:
     found: list[float] = []
     wanted: list[float] = []
     for (k, ratio), (_df, expected) in CYCLES.items():
-        cycle = ExactLoop(EQ4.scaled(k), FrictionCompliance.of_ratio(ratio)).march(1.0)
+        cycle = ExactLoop(k * EQ4, FrictionCompliance.of_ratio(ratio)).march(1.0)
         found += [cycle.frequency_Hz, cycle.amplitude] if cycle else [0.0, 0.0]
         wanted += expected
     gain = gain_for_frequency(EQ4, FrictionCompliance.of_ratio(1.2), 5.5, 2.1)
     unity = [found[2 * i] for i, (k, _) in enumerate(CYCLES) if k <= 1.2]
-    return Row(
+    return ClaimRow(
         7,
         "Fig 6, solved exactly",
         f"Eq 4 × {{0.8, 1, 1.2}}: {min(unity):.2f}–{max(unity):.2f} Hz; 5.5 Hz with H_s/H_c = 1.2 needs a gain of {gain:.3f}",
@@ -87,7 +88,7 @@ def exact_cycles(_: Rig) -> Row:
 
 def release_cases(rig: Rig) -> dict[str, Release]:
     """30 in, 45 lb, let go 2° away: unity gain; the gain just low enough; with reflected tip; with the true tip."""
-    place = Place(30 * INCH_M, PAYLOAD_KG)
+    place = ReleaseConditions(30 * INCH_M, PAYLOAD_KG)
     servos = {
         "k = 1": Servo(PER_DEG),
         "k = 0.7": Servo(0.7 * PER_DEG),
@@ -97,13 +98,13 @@ def release_cases(rig: Rig) -> dict[str, Release]:
     return {name: release(rig, place, servo) for name, servo in servos.items()}
 
 
-def five_hertz(rig: Rig) -> Row:
+def five_hertz(rig: Rig) -> ClaimRow:
     found = release_cases(rig)
     cycle = found["k = 1"]
     ok = abs(cycle.frequency_Hz - 4.99) <= 0.2 and abs(cycle.angle_amplitude_deg - 0.91) <= 0.15 * 0.91
     ok = ok and not found["k = 0.7"].oscillates and not found["k = 1, g = 0.5"].oscillates and found["k = 0.35, g = −0.5"].oscillates
     states = ", ".join(f"{name}: {'oscillates' if run.oscillates else 'at rest'}" for name, run in found.items() if name != "k = 1")
-    return Row(
+    return ClaimRow(
         8,
         "a limit cycle of about 5 Hz was observed",
         f"30 in, 45 lb, k = 1, 2° release: {cycle.frequency_Hz:.2f} Hz, {cycle.angle_amplitude_deg:.2f}°; {states}",
@@ -114,12 +115,12 @@ def five_hertz(rig: Rig) -> Row:
     )
 
 
-def reflected_tip(rig: Rig) -> Row:
+def reflected_tip(rig: Rig) -> ClaimRow:
     period_s = 1.0 / rig.loop.rate_Hz
     arms = [linear_arm(rig, inches * INCH_M, pounds * POUND_KG) for inches, pounds in DAMPING_PLACES]
     good = [least_damping(sampled_loop(arm, Servo(0.5 * PER_DEG, (), 0.5), period_s), period_s) for arm in arms]
     bad = [least_damping(sampled_loop(arm, Servo(0.35 * PER_DEG, (), -0.5), period_s), period_s) for arm in arms[3:]]
-    return Row(
+    return ClaimRow(
         24,
         "passive tip feedback (Wang, Vidyasagar)",
         f"P 0.5, g = 0.5: least damping {min(good):.3f}; g = −0.5: {max(bad):.3f} at best where loaded",
@@ -130,7 +131,7 @@ def reflected_tip(rig: Rig) -> Row:
     )
 
 
-def lag_lead_margins(_: Rig) -> Row:
+def lag_lead_margins(_: Rig) -> ClaimRow:
     spool = valve(60.0, 0.8)
     found = [margins(partial(_sampled, member, spool)) for member in members(inertias=INERTIAS)]
     gain, phase, peak = (
@@ -138,7 +139,7 @@ def lag_lead_margins(_: Rig) -> Row:
         min(m.phase_margin_deg for m in found),
         max(m.sensitivity_peak for m in found),
     )
-    return Row(
+    return ClaimRow(
         25,
         "lag-lead filters with margin and stiffness",
         f"design C at 1 kHz, worst member: {gain:.2f} dB, {phase:.1f}°, M_s {peak:.3f}",
@@ -148,15 +149,16 @@ def lag_lead_margins(_: Rig) -> Row:
     )
 
 
-def _sampled(member: Member, spool: TransferFunction, omega: Floats) -> Complexes:
-    return sampled_compensator(DESIGN_C, omega, 0.001) * sampled_plant(eq1(member) * spool, omega, 0.001)
+def _sampled(member: Member, spool: control.TransferFunction, omega: Floats) -> Complexes:
+    z = np.exp(1j * omega * PERIOD_S)
+    return np.asarray(sampled_compensator(DESIGN_C, PERIOD_S)(z) * sampled_plant(eq1(member) * spool, PERIOD_S)(z))
 
 
-def books_rule(rig: Rig) -> Row:
+def books_rule(rig: Rig) -> ClaimRow:
     assert rig.link_mode is not None
     link = LinkFrequency(rig.link_mode.model_copy(update={"payload_kg": PAYLOAD_KG}))
     third = [link.frequency_Hz(inches * INCH_M) / 3.0 for inches in (60.0, 12.0)]
-    return Row(
+    return ClaimRow(
         26,
         "Book: joint bandwidth up to 1/3 of the clamped frequency",
         f"{third[0]:.2f} Hz (60 in, 45 lb) … {third[1]:.2f} Hz (12 in)",

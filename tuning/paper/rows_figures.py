@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from config.rig import Rig
-from sim_backend.layout import C
+from config.schema.rig import Rig
+from sim_backend.kernel.warm_up import warm_up
+from sim_backend.memory.layout import C
 from sim_backend.plant import SimulatedRig
-from sim_backend.warm_up import warm_up
-from tuning.five_hours import stated_flow
-from tuning.paper.row import PAYLOAD_KG, SWEEP_HZ, Row, figures, near
-from tuning.release import PRISMATIC
-from tuning.sine_test import SineTest, decibels, rotary, velocity_response
-from tuning.transfer import Floats
-from tuning.variants import with_valve, without_effect
+from tuning.arrays import Floats
+from tuning.experiments.five_hours import stated_flow
+from tuning.experiments.sine_test import SineTest, decibels, rotary, velocity_response
+from tuning.paper.row import PAYLOAD_KG, SWEEP_HZ, ClaimRow, figures, near
+from tuning.variants import PRISMATIC, with_valve, without_effect
 
 PRISMATIC_HZ = (1.0, 3.0, 5.0, 8.0, 12.0)
 
 
-def thermal_gain(rig: Rig) -> Row:
+def thermal_gain(rig: Rig) -> ClaimRow:
     gain = {t: abs(complex(velocity_response(rig, rotary(t), 0.1, [0.5])[0])) for t in (22.0, 40.0, 56.0)}
     change = [100.0 * (gain[t] / gain[40.0] - 1.0) for t in (22.0, 56.0)]
     ok = near(change, (17.0, -22.0), absolute=5.0)
-    return Row(
+    return ClaimRow(
         9,
         "Fig 3: gain varies ±20 % over the warm-up",
         f"0.1 V, 0.5 Hz: {change[0]:+.1f} % at 22 °C, {change[1]:+.1f} % at 56 °C, relative to 40 °C",
@@ -33,7 +32,7 @@ def thermal_gain(rig: Rig) -> Row:
     )
 
 
-def warm_up_run(rig: Rig) -> Row:
+def warm_up_run(rig: Rig) -> ClaimRow:
     ran = warm_up(rig, stated_flow(), 1.0, 22.0)
     t, reservoir, supply = ran["t_s"] / 3600.0, ran["reservoir_temperature"], ran["supply_temperature"]
     hourly = np.interp(np.arange(6), t, reservoir)
@@ -43,7 +42,7 @@ def warm_up_run(rig: Rig) -> Row:
     difference = supply - reservoir
     crossings = int(np.sum(np.diff(np.sign(difference[np.abs(difference) > 0.05])) != 0))
     ok = bool(np.all(np.diff(hourly) > 0)) and 50 <= reservoir[-1] <= 60 and 1.0 <= rise <= 1.5 and 4 <= ripple <= 9 and ripple > 3 * calm
-    return Row(
+    return ClaimRow(
         10,
         "Fig 2: five hours of warming up",
         f"end {reservoir[-1]:.1f} °C, 63 % at {rise:.2f} h, ripple {ripple:.1f} K against {calm:.1f} K, {crossings} crossings",
@@ -54,11 +53,11 @@ def warm_up_run(rig: Rig) -> Row:
     )
 
 
-def rotary_amplitudes(rig: Rig) -> Row:
+def rotary_amplitudes(rig: Rig) -> ClaimRow:
     small, large = (velocity_response(rig, rotary(), volts, SWEEP_HZ) for volts in (0.1, 1.0))
     gain, phase = decibels(large / small)
     peak, at_10 = float(gain.max()), float(phase[SWEEP_HZ.index(10.0)])
-    return Row(
+    return ClaimRow(
         11,
         "Fig 5: rotary joint, up to 8 dB and 30°",
         f"1 V against 0.1 V: {peak:.1f} dB, {at_10:.0f}° at 10 Hz",
@@ -76,12 +75,12 @@ def prismatic_spread(rig: Rig) -> tuple[Floats, Floats]:
     return np.ptp(20.0 * np.log10(np.abs(found)), axis=0), np.ptp(phase, axis=0)
 
 
-def prismatic_amplitudes(rig: Rig) -> Row:
+def prismatic_amplitudes(rig: Rig) -> ClaimRow:
     """Judged with the valve's null in the middle, as the reference has it: the unequal cylinder then creeps and friction does not stick."""
     gain, phase = prismatic_spread(with_valve(rig, PRISMATIC, null_adjustment=0.0))
     adjusted, adjusted_phase = prismatic_spread(rig)
     ok = gain.max() <= 10.0 and phase.max() <= 38.0 and gain[-1] >= 3.5
-    return Row(
+    return ClaimRow(
         12,
         "Fig 4: prismatic joint, up to 8 dB and 30°",
         f"spread {gain.max():.1f} dB / {phase.max():.0f}°, {gain[-1]:.1f} dB at 12 Hz",
@@ -92,7 +91,7 @@ def prismatic_amplitudes(rig: Rig) -> Row:
     )
 
 
-def unequal_cylinder(rig: Rig) -> Row:
+def unequal_cylinder(rig: Rig) -> ClaimRow:
     """Steady motion out and in at the same opening, without friction and leakage."""
     bare = with_valve(rig, PRISMATIC, null_adjustment=0.0)
     for effect in ("coulomb_friction", "stiction", "viscous_friction", "cross_leakage", "valve_hysteresis"):
@@ -108,7 +107,7 @@ def unequal_cylinder(rig: Rig) -> Row:
         shares += [float(np.mean(ran[f"{PRISMATIC}.pressure_{side}"][late])) / plant.parameters.values[C.SUPPLY_PRESSURE] for side in "ab"]
     ratio = speeds[0] / speeds[1]
     measured = (ratio, *shares)
-    return Row(
+    return ClaimRow(
         27,
         "a valve with equal lands on unequal areas",
         f"v_out/v_in {ratio:.4f}; pressures {figures(shares, '.3f')} of supply",

@@ -7,17 +7,17 @@ from math import cos, cosh, pi, sin, sinh, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
-from config.rig import Rig
-from sim_backend import kernel
-from sim_backend.energy import mechanical_energy
-from sim_backend.layout import D_STRIDE, DIFFERENTIAL, SLOTS, C, D, J, X
-from sim_backend.link import first_frequency, highest_frequency
-from sim_backend.parameters import Parameters
+from config.schema.rig import Rig
+from sim_backend.kernel import kernel
+from sim_backend.kernel.parameters import Parameters
+from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, SLOTS, C, D, J, Kind, X
+from sim_backend.memory.work import WORK
+from sim_backend.physics.energy import mechanical_energy
+from sim_backend.physics.link import first_frequency, highest_frequency
 from sim_backend.plant import SimulatedRig
-from sim_backend.work import WORK
+from tuning.arrays import Floats
 from tuning.paper.newton import largest_disagreement
-from tuning.paper.row import Row, near
-from tuning.transfer import Floats
+from tuning.paper.row import ClaimRow, near
 
 INCH_M, POUND_KG = 0.0254, 0.45359237
 EXTENSIONS_IN = (12, 18, 24, 30, 36, 42, 48, 54, 60)
@@ -51,7 +51,7 @@ def map_of_frequencies(rig: Rig) -> Floats:
     return table
 
 
-def frequencies(rig: Rig) -> Row:
+def frequencies(rig: Rig) -> ClaimRow:
     table = map_of_frequencies(rig)
     first = np.abs(table[:, :, 0] / table[:, :, 2] - 1.0).max(axis=1)
     second = np.abs(table[:, :, 1] / table[:, :, 3] - 1.0).max()
@@ -61,7 +61,7 @@ def frequencies(rig: Rig) -> Row:
         relative=5e-4,
     )
     ok = first.max() <= 1e-3 and second <= 0.03 and beam
-    return Row(
+    return ClaimRow(
         13,
         "Fig 8: frequency over extension and payload",
         f"two shapes: f₁ off {100 * first[0]:.3f} % unloaded, {100 * first[1:].max():.4f} % loaded, f₂ {100 * second:.1f} %",
@@ -71,10 +71,10 @@ def frequencies(rig: Rig) -> Row:
     )
 
 
-def ratio_of_frequencies(rig: Rig) -> Row:
+def ratio_of_frequencies(rig: Rig) -> ClaimRow:
     row = map_of_frequencies(rig)[PAYLOADS_LB.index(45), :, 0]
     ratio = float(row[0] / row[-1])
-    return Row(
+    return ClaimRow(
         14,
         "natural frequency varies by a magnitude",
         f"45 lb: f(12 in)/f(60 in) = {ratio:.2f}",
@@ -84,38 +84,38 @@ def ratio_of_frequencies(rig: Rig) -> Row:
     )
 
 
-def energy(rig: Rig) -> Row:
-    """Free motion for 5 s: no actuators, friction or structural damping; the tube slides out while the arm turns and vibrates."""
-    plant = SimulatedRig(rig)
-    p = plant.parameters.values
-    for slot in range(SLOTS):
-        at = plant.parameters.offset(J.KIND, plant.joints[slot]) - J.KIND
-        p[at : at + len(J)] = 0.0
-        p[at + J.KIND], p[at + J.FULL_SCALE], p[at + J.SLEW_RATE], p[at + J.SATURATION] = 2.0, 1.0, 1e9, 1.0
-        p[at + J.LOW], p[at + J.HIGH] = -1e9, 1e9
-    p[C.LINK_DAMPING], p[C.THERMAL], p[C.STEP] = 0.0, 0.0, 1e-4
-    x = plant.state
-    x[D.POSITION], x[D.VELOCITY], x[D_STRIDE + D.POSITION], x[D_STRIDE + D.VELOCITY] = 0.0, 0.3, 0.6, 0.02
-    x[X.SHAPE_1], x[X.SHAPE_1_RATE] = 0.005, 0.02
+def energy(rig: Rig) -> ClaimRow:
+    """The drift of the energy in 5 s of free motion."""
+    plant = _free_arm(rig)
+    x, p = plant.state, plant.parameters.values
     work, scratch = np.zeros(WORK), (np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL), np.zeros(DIFFERENTIAL))
     start = mechanical_energy(x, p)
     worst = 0.0
     for _ in range(500):
         kernel.advance(x, p, work, scratch, 0.0, 0.0, 0.01)
         worst = max(worst, abs(mechanical_energy(x, p) / start - 1.0))
-    extension = float(x[D_STRIDE + D.POSITION])
-    return Row(
-        15,
-        "Eqs 6–13, corrected: energy",
-        f"drift {worst:.1e} over 5 s, extension 0.60 → {extension:.2f} m",
-        "0",
-        "1e-6 relative",
-        worst <= 1e-6,
-    )
+    found = f"drift {worst:.1e} over 5 s, extension 0.60 → {float(x[D_STRIDE + D.POSITION]):.2f} m"
+    return ClaimRow(15, "Eqs 6–13, corrected: energy", found, "0", "1e-6 relative", worst <= 1e-6)
 
 
-def newton_against_lagrange(rig: Rig) -> Row:
+def _free_arm(rig: Rig) -> SimulatedRig:
+    """No actuators, friction or structural damping; the tube slides out while the arm turns and vibrates."""
+    plant = SimulatedRig(rig)
+    p = plant.parameters.values
+    for slot in range(SLOTS):
+        at = plant.parameters.offset(J.KIND, plant.joints[slot]) - J.KIND
+        p[at : at + len(J)] = 0.0
+        p[at + J.KIND], p[at + J.FULL_SCALE], p[at + J.SLEW_RATE], p[at + J.SATURATION] = Kind.FORCE, 1.0, 1e9, 1.0
+        p[at + J.LOW], p[at + J.HIGH] = -1e9, 1e9
+    p[C.LINK_DAMPING], p[C.THERMAL], p[C.STEP] = 0.0, 0.0, 1e-4
+    x = plant.state
+    x[D.POSITION], x[D.VELOCITY], x[D_STRIDE + D.POSITION], x[D_STRIDE + D.VELOCITY] = 0.0, 0.3, 0.6, 0.02
+    x[X.SHAPE_1], x[X.SHAPE_1_RATE] = 0.005, 0.02
+    return plant
+
+
+def newton_against_lagrange(rig: Rig) -> ClaimRow:
     worst = largest_disagreement(Parameters(rig).values)
-    return Row(
+    return ClaimRow(
         16, "Eqs 6–13, corrected: Newton against Lagrange", f"generalised forces differ by {worst:.1e}", "0", "1e-8 relative", worst <= 1e-8
     )

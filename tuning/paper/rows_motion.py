@@ -6,17 +6,17 @@ from math import degrees, pi
 
 import numpy as np
 
-from config.check import feasible_y0
-from config.load import find, load_maneuver
-from config.maneuver import StraightLine
-from config.rig import Rig
-from control import impulses
-from control.kinematics import forward
-from control.planning import plan_run
-from control.prediction import predict
-from control.run_request import RunRequest
-from tuning.line_run import LineRun, coupled_run, ideal_run, plan_line, rms_dB, spectrum_dB
-from tuning.paper.row import Row, figures, near
+from config.checking.check import feasible_y0
+from config.loading.load import find, load_maneuver
+from config.schema.maneuver import StraightLine
+from config.schema.rig import Rig
+from servo_control.link.kinematics import forward
+from servo_control.planning.planning import plan_run
+from servo_control.planning.prediction import predict
+from servo_control.planning.run_request import RunRequest
+from servo_control.shapers import impulses
+from tuning.experiments.line_run import LineRun, coupled_run, ideal_run, plan_line, rms_dB, spectrum_dB
+from tuning.paper.row import ClaimRow, figures, near
 from tuning.variants import as_in_1997, without_effect
 
 INCH_M = 0.0254
@@ -25,7 +25,7 @@ LINE_Y30, LINE_Y40 = "paper_line_y30", "paper_line"
 KINEMATICS = {20: (56.3, 0.500, 5.00, 8.28), 30: (45.0, 0.333, 3.33, 7.01), 40: (36.9, 0.250, 2.50, 5.93), 50: (31.0, 0.200, 2.00, 5.08)}
 
 
-def straight_line(rig: Rig) -> Row:
+def straight_line(rig: Rig) -> ClaimRow:
     plan = plan_line(rig, LINE_Y30)
     rows = [(*forward(*cycle.target), *cycle.target_rate, *cycle.target) for cycle in predict(rig, plan)]
     x, y = np.array(rows).T[:2]
@@ -34,7 +34,7 @@ def straight_line(rig: Rig) -> Row:
     off_line_m = float(np.abs(y - y[0]).max())
     fastest, hardest = float(np.abs(speed).max()) / INCH_M, float(np.abs(np.diff(speed)).max()) * rig.loop.rate_Hz / INCH_M
     ok = near(ends, (3.1, 11.2, 16.3), absolute=1e-9) and fastest <= 10.0 * 1.0001 and hardest <= 100.0 * 1.001 and off_line_m <= 1e-4
-    return Row(
+    return ClaimRow(
         17,
         "minimum-time straight line",
         f"moves end at {figures(ends, '.1f')} s; {fastest:.2f} in/s, {hardest:.1f} in/s², off the line {1e3 * off_line_m:.1e} mm",
@@ -44,7 +44,7 @@ def straight_line(rig: Rig) -> Row:
     )
 
 
-def kinematics(rig: Rig) -> Row:
+def kinematics(rig: Rig) -> ClaimRow:
     """Peaks of the planned line at four distances, and the distances at which it fits."""
     base = load_maneuver(find("maneuvers", LINE_Y30)).maneuver
     assert isinstance(base, StraightLine)
@@ -57,7 +57,7 @@ def kinematics(rig: Rig) -> Row:
         wanted += expected
     limits = feasible_y0(rig, 30 * INCH_M)
     nearest, farthest = (value / INCH_M for value in limits) if limits else (0.0, 0.0)
-    return Row(
+    return ClaimRow(
         18,
         "straight line in joint space",
         f"fits for y0 = {nearest:.2f}…{farthest:.2f} in; y0 = 30 in: ±{found[4]:.1f}°, {found[5]:.3f} rad/s, {found[7]:.2f} in/s",
@@ -67,7 +67,7 @@ def kinematics(rig: Rig) -> Row:
     )
 
 
-def equation_14(_: Rig) -> Row:
+def equation_14(_: Rig) -> ClaimRow:
     """The zero lies on the pole, for any T; published vectors for 4 Hz, ζ = 0.02."""
     damping = 0.02
     natural = 2.0 * pi * 4.0
@@ -80,7 +80,7 @@ def equation_14(_: Rig) -> Row:
         gains.append(abs(impulses.transfer(shaper, 0.0) - 1.0))
     amplitudes = impulses.three_term_amplitudes(omega, damping, 0.07)
     ok = max(zeros) <= 1e-12 and max(gains) <= 1e-12 and near(amplitudes, (0.43607463, 0.15748318, 0.40644219), absolute=1e-8)
-    return Row(
+    return ClaimRow(
         19,
         "Eq 14, both exponents −2ζω_nT",
         f"|F(p)| {max(zeros):.1e}, |F(0) − 1| {max(gains):.1e}, T = 0.07 s: {figures(amplitudes, '.8f')}",
@@ -90,9 +90,9 @@ def equation_14(_: Rig) -> Row:
     )
 
 
-def unfiltered(rig: Rig) -> Row:
+def unfiltered(rig: Rig) -> ClaimRow:
     amplitudes = ideal_run(rig, plan_line(rig, LINE_Y30)).hold_amplitudes.tolist()
-    return Row(
+    return ClaimRow(
         20,
         "Fig 9: considerable vibration without filter",
         f"y0 = 30 in, ideal joints: {figures(amplitudes, '.2f')} m/s² in the holds",
@@ -102,10 +102,10 @@ def unfiltered(rig: Rig) -> Row:
     )
 
 
-def three_term(rig: Rig) -> Row:
+def three_term(rig: Rig) -> ClaimRow:
     base = ideal_run(rig, plan_line(rig, LINE_Y40))
     found = [spectrum_dB(_ideal(rig, LINE_Y40, kind="three_term", focal=focal), base) for focal in ("initial", "final")]
-    return Row(
+    return ClaimRow(
         21,
         "Fig 10: three-term filter, about 20 dB",
         f"y0 = 40 in, largest spectral line: {found[0]:.1f} dB (initial), {found[1]:.1f} dB (final)",
@@ -116,12 +116,12 @@ def three_term(rig: Rig) -> Row:
     )
 
 
-def adaptive(rig: Rig) -> Row:
+def adaptive(rig: Rig) -> ClaimRow:
     base = ideal_run(rig, plan_line(rig, LINE_Y30))
     shaped = _ideal(rig, LINE_Y30, kind="adaptive")
     holds = (20.0 * np.log10(shaped.hold_amplitudes / base.hold_amplitudes)).tolist()
     wrong = [rms_dB(_ideal(rig, LINE_Y30, kind="adaptive", frequency_scale=scale), base) for scale in (0.9, 1.1)]
-    return Row(
+    return ClaimRow(
         22,
         "adaptive filter (work under way in 1997)",
         f"holds {figures(holds, '.1f')} dB; ±10 % frequency error {figures(wrong, '.1f')} dB rms",
@@ -135,12 +135,12 @@ def _ideal(rig: Rig, maneuver: str, **shaper: object) -> LineRun:
     return ideal_run(rig, plan_line(rig, maneuver, shaper))
 
 
-def coupled(rig: Rig) -> Row:
+def coupled(rig: Rig) -> ClaimRow:
     """Judged without valve hysteresis, with which the reference figures cannot have been made (see the note)."""
     plain = as_in_1997(rig)
     smooth = _reductions(without_effect(plain, "valve_hysteresis"))
     rough = _reductions(plain)
-    return Row(
+    return ClaimRow(
         23,
         "filters on the whole rig (friction, hydraulics)",
         f"y0 = 40 in: adaptive {smooth[0]:.1f} dB rms, ZVD {smooth[1]:.1f} dB rms",

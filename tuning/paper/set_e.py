@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from math import degrees, pi, sqrt
 
+import control
 import numpy as np
 
-from config.rig import Rig
-from sim_backend.layout import C, D, J
+from config.schema.rig import Rig
+from sim_backend.memory.layout import C, D, J
 from sim_backend.plant import SimulatedRig
-from tuning.family import LEAK_PER_S, NUMERATOR, PRODUCT_PER_S2, SUM_PER_S
-from tuning.linear_arm import ROTARY, STATES, jacobians
+from tuning.eq4 import NUMERATOR, PRODUCT_PER_S2, SUM_PER_S
+from tuning.linear.family import LEAK_PER_S
+from tuning.linear.linear_arm import STATES, jacobians
+from tuning.variants import ROTARY
 
 INERTIA_KG_M2 = 13.0
 NOT_IN_SET_E = (J.COULOMB, J.STICTION, J.VALVE_TIME, J.HYSTERESIS, J.HOSE_COMPLIANCE, J.AIR_FRACTION, J.VISCOUS_OIL_SHARE)
@@ -47,5 +50,6 @@ def poles_and_gain(plant: SimulatedRig) -> tuple[complex, float]:
     rows = [STATES.index(state) for state in (D.VELOCITY, D.PRESSURE_A, D.PRESSURE_B)]
     a = matrix[np.ix_(rows, rows)]
     b = matrix[rows, STATES.index(D.SPOOL)] / values[plant.parameters.offset(J.FULL_SCALE, ROTARY)]
-    poles = np.linalg.eigvals(a)
-    return complex(poles[np.argmax(poles.imag)]), degrees(-float(np.linalg.solve(a, b)[0]))
+    joint = control.ss(a, b[:, None], [[1.0, 0.0, 0.0]], 0.0)
+    poles = joint.poles()
+    return complex(poles[np.argmax(poles.imag)]), degrees(float(joint.dcgain()))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from tuning.paper import rows_cycles, rows_figures, rows_joint, rows_link, rows_motion
-from tuning.paper.row import Row, RowMaker
+from tuning.paper.row import ClaimRow, RowMaker
 
 MAKERS: tuple[RowMaker, ...] = (
     rows_joint.ratings,
@@ -39,12 +39,12 @@ MAKERS: tuple[RowMaker, ...] = (
 )
 
 
-def acceptance_table(rig: Rig, say: Callable[[Row], None] = lambda row: None) -> list[Row]:
+def acceptance_table(rig: Rig, say: Callable[[ClaimRow], None] = lambda row: None) -> list[ClaimRow]:
     """All 27 rows, in order; `say` gets each as soon as it is known."""
     return list(_said(rig, say))
 
 
-def _said(rig: Rig, say: Callable[[Row], None]) -> Iterator[Row]:
+def _said(rig: Rig, say: Callable[[ClaimRow], None]) -> Iterator[ClaimRow]:
     for make in MAKERS:
         row = make(rig)
         say(row)

@@ -12,6 +12,6 @@ _CACHE = Path(tempfile.gettempdir()) / f"blind-truth-{hashlib.sha256(_SOURCES).h
 _BEFORE = numba.config.CACHE_DIR
 numba.config.CACHE_DIR = str(_CACHE)
 
-from blind.truth import friction, hydraulics, link, measure, plant  # noqa: E402, F401  (compiled functions take the folder when defined)
+from tests.blind.truth import friction, hydraulics, link, measure, plant  # noqa: E402, F401  (compiled functions take the folder when defined)
 
 numba.config.CACHE_DIR = _BEFORE

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from blind.truth.plant import SIGNALS, advance, signals
+from tests.blind.truth.plant import SIGNALS, advance, signals
 
 Array = NDArray[np.float64]
 

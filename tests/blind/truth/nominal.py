@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from blind.truth.effects import EFFECTS
-from blind.truth.machine import Joint, Machine
-from config.plant import Plant
-from config.plant_joint import Cylinder, RotaryActuator
-from config.rig import Rig
+from config.schema.plant import Plant
+from config.schema.plant_joint import Cylinder, RotaryActuator
+from config.schema.rig import Rig
+from tests.blind.truth.effects import EFFECTS
+from tests.blind.truth.machine import Joint, Machine
 
 Numbers = dict[str, float]
 NEUTRAL = {"saturation": 1.0, "stribeck": 0.02, "pitch": 1.0, "lag_damping": 0.8, "actuator_mass": 1.0}

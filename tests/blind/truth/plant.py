@@ -7,9 +7,9 @@ from enum import IntEnum
 import numpy as np
 from numba import njit
 
-from blind.truth.friction import BRISTLE, ELEMENTS, RIGID, SLIP, bristle_force, bristle_rate, element_force, level, slip, viscous
-from blind.truth.hydraulics import accumulator, chambers, spool_acceleration, thinner, wanted_opening
-from blind.truth.link import MODES, SIZE, TIP, bending_forces, gravity_forces, mass_matrix, solve, velocity_forces
+from tests.blind.truth.friction import BRISTLE, ELEMENTS, RIGID, SLIP, bristle_force, bristle_rate, element_force, level, slip, viscous
+from tests.blind.truth.hydraulics import accumulator, chambers, spool_acceleration, thinner, wanted_opening
+from tests.blind.truth.link import MODES, SIZE, TIP, bending_forces, gravity_forces, mass_matrix, solve, velocity_forces
 
 SUBSTEPS = 20  # a cycle of 1 ms
 WARM = 40.0

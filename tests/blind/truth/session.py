@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from blind.truth.effects import ADDED, EFFECTS, STANDARD_GRAVITY, STRANGE
-from blind.truth.friction import SLIP
-from blind.truth.measure import CHANNELS, Array, Sensors, Servo, run
-from blind.truth.nominal import Numbers, jittered, machine, nominal
-from blind.truth.plant import SIGNALS, at_rest
-from blind.truth.references import CENTRE, reference
-from config.rig import Rig
+from config.schema.rig import Rig
+from config.whole_file import replaced_when_done
+from tests.blind.truth.effects import ADDED, EFFECTS, STANDARD_GRAVITY, STRANGE
+from tests.blind.truth.friction import SLIP
+from tests.blind.truth.measure import CHANNELS, Array, Sensors, Servo, run
+from tests.blind.truth.nominal import Numbers, jittered, machine, nominal
+from tests.blind.truth.plant import SIGNALS, at_rest
+from tests.blind.truth.references import CENTRE, reference
 
 PERIOD_S = 0.001
 JITTER = 0.01  # of the period, standard deviation of the cycle's start
@@ -147,6 +147,5 @@ def write_log(path: Path, setting: Setting, t: Array, readings: Array, commands:
         columns[f"{name}.reference"], columns[f"{name}.reference_rate"] = asked[:, 2 * n], asked[:, 2 * n + 1]
     thermometer = 0.5 + (np.random.default_rng([setting.seed, 15485863]).uniform(-0.7, 0.7) if setting.jitter else 0.0)
     columns["reservoir_temperature_C"] = np.round((oil + thermometer) / 0.1) * 0.1
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    np.savetxt(part, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.10g")
-    os.replace(part, path)
+    with replaced_when_done(path) as part:
+        np.savetxt(part, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.10g")

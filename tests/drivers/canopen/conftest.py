@@ -1,19 +1,14 @@
-"""Paths of the shared contract test, and a bus whose frames stay on this machine."""
+"""A bus whose frames stay on this machine."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from local_nodes import NodeBench
-
 from config.errors import ConfigError
-from config.multicast import EXAMPLE_GROUP, refuse_leaking_multicast
+from config.options.multicast import EXAMPLE_GROUP, refuse_leaking_multicast
+from tests.support.drivers.local_nodes import NodeBench
 
 
 @pytest.fixture

@@ -13,11 +13,11 @@ from types import SimpleNamespace
 
 import can
 import pytest
-from canopen_rig import encoder
 
 from drivers.canopen import bus as bus_module
 from drivers.canopen.encoder_406 import EncoderDriver
 from drivers.canopen.frame_count import FrameCount
+from tests.support.drivers.canopen_rig import encoder
 
 MS = 1_000_000
 ANSWER_NS = MS // 5
@@ -59,7 +59,7 @@ class Watched:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, delay: Callable[[int], int]) -> None:
         self.bus = SlowEncoder(delay)
-        monkeypatch.setattr(bus_module, "_open", lambda settings: self.bus)
+        monkeypatch.setattr(bus_module, "open_can", lambda settings: self.bus)
         clock = SimpleNamespace(time_ns=lambda: self.bus.now_ns, monotonic_ns=lambda: self.bus.now_ns)
         monkeypatch.setattr(bus_module, "time", clock)
         self.driver: EncoderDriver = encoder("slow encoder", 3, missing_frames=PATIENCE)

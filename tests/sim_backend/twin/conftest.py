@@ -11,11 +11,11 @@ from pathlib import Path
 import can
 import canopen
 import pytest
-from twin_rig import free_port, twin_rig
 
-from config.rig import Rig
+from config.schema.rig import Rig
 from sim_backend.twin.control_socket import TwinControl
 from sim_backend.twin.process import Twin
+from tests.support.sim_backend.twin_rig import free_port, twin_rig
 
 _channels = itertools.count()
 

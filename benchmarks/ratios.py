@@ -1,0 +1,204 @@
+"""Three ratios that a change of the code may make worse, judged against a kept baseline: kernel over C, controller over a loop of fixed
+arithmetic, recorder over the plain mcap writer.
+
+    python -m benchmarks.ratios                    shows them, and whether one has become worse (exit status 1)
+    python -m benchmarks.ratios --write --runs 12  makes the baseline of what these runs saw; let the machine be busy and idle meanwhile
+
+Both sides of a ratio take turns and only processor time counts, so a slow minute meets both. Judged is the median of a run's pairs. It
+fails where it lies above the baseline's median by more than half of the baseline's spread: the range of 90 % of single pairs, or that of
+the medians of its runs where this is wider. A baseline of another processor or Python is shown beside, and judges nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from math import nan
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from benchmarks import recorder
+from benchmarks.kernel.beside.c_version import CPlant
+from config.loading.load import find, load_maneuver, load_rig
+from config.schema.maneuver import maneuver_content
+from config.whole_file import write_whole
+from daemon.host.host_facts import host, software
+from recording.format.layout import CycleLayout
+from servo_control.controller import Controller
+from servo_control.planning.planning import plan_run
+from servo_control.planning.run_request import RunRequest
+from servo_control.signals import Inputs, Mode
+from sim_backend.memory.layout import C
+from sim_backend.plant import SimulatedRig
+
+BASELINE = Path(__file__).parent / "baseline.json"
+PAIRS = 15
+SAME = ("host_cpu", "host_python")
+PERIOD_S = 1e-3
+SIMULATED_S, STEPS, TERMS, ROWS = 4.0, 400, 200_000, 3000
+Work = Callable[[], object]
+
+
+def kernel_and_c() -> tuple[Work, Work]:
+    """The simulated testbed, 4 s of it. Raises FileNotFoundError without a C compiler."""
+    sim = SimulatedRig(load_rig("ornl_testbed").rig)
+    t = np.arange(round(SIMULATED_S / PERIOD_S)) * PERIOD_S
+    commands = np.column_stack([0.5 * np.sin(2 * np.pi * t), 2 * np.sin(2 * np.pi * 0.7 * t)])
+    plant, step_s = CPlant(sim, PERIOD_S), float(sim.parameters.values[C.STEP])
+
+    def kernel() -> None:
+        sim.reset()
+        sim.run(commands, PERIOD_S)
+
+    def in_c() -> None:
+        sim.reset()
+        plant.run(commands, step_s)
+
+    return kernel, in_c
+
+
+def controller_and_arithmetic() -> tuple[Work, Work]:
+    """The paper's line with the adaptive filter, from its start; beside it sums of products."""
+    rig = load_rig("ornl_testbed").rig
+    maneuver = maneuver_content(load_maneuver(find("maneuvers", "paper_line")).maneuver)
+    plan = plan_run(rig, RunRequest(1, maneuver, {"kind": "adaptive", "joints": ["rotary", "prismatic"]}))
+
+    def steps() -> None:
+        controller, position = Controller(rig), plan.start_position
+        controller.prepare(plan)
+        for cycle in range(STEPS):
+            out = controller.step(Inputs(cycle, Mode.HOLDING if cycle < 10 else Mode.RUNNING, 1, position, nan, nan))
+            position = tuple([joint.reference for joint in out.joints])
+
+    def arithmetic() -> float:
+        total = 0.0
+        for number in range(TERMS):
+            total += 0.5 * number
+        return total
+
+    return steps, arithmetic
+
+
+def recorder_and_plain(folder: Path) -> tuple[Work, Work]:
+    """Rows of the testbed's log, smooth numbers in every field."""
+    layout = CycleLayout.of_rig(load_rig("ornl_testbed").rig)
+    phases = np.linspace(0.0, 3.0, len(layout.blank()))
+    blank = layout.blank()
+    integer = np.array([isinstance(value, int) for value in blank])
+    rows = []
+    for row in range(ROWS):
+        values = np.where(integer, row % 200, np.sin(1e-3 * row + phases))
+        rows.append((row * 1_000_000, layout.pack([int(v) if whole else float(v) for v, whole in zip(values, integer, strict=True)])))
+
+    def writing(make: Callable[[Path, CycleLayout], tuple[recorder.Write, recorder.Close]]) -> Work:
+        def work() -> None:
+            path = folder / "rows.mcap"
+            path.unlink(missing_ok=True)
+            write, close = make(path, layout)
+            for t_ns, data in rows:
+                write(t_ns, data)
+            close()
+
+        return work
+
+    return writing(recorder.ours), writing(recorder.plain)
+
+
+@contextmanager
+def all_ways() -> Iterator[dict[str, tuple[Work, Work]]]:
+    with tempfile.TemporaryDirectory() as folder:
+        ways = {"recorder over mcap, plain": recorder_and_plain(Path(folder)), "controller over arithmetic": controller_and_arithmetic()}
+        try:
+            ways["kernel over C"] = kernel_and_c()
+        except FileNotFoundError as missing:
+            print(missing)
+        for first, second in ways.values():  # nothing is measured cold
+            first(), second()
+        yield ways
+
+
+def pairs_of(ways: Mapping[str, tuple[Work, Work]], pairs: int) -> dict[str, list[float]]:
+    """Processor time of the first over that of the second, the ways and their sides by turns."""
+    found: dict[str, list[float]] = {name: [] for name in ways}
+    gc.collect()
+    gc.disable()
+    for turn in range(pairs):
+        for name, sides in ways.items():
+            spent = [0.0, 0.0]
+            for side in (0, 1) if turn % 2 else (1, 0):
+                began = time.process_time()
+                sides[side]()
+                spent[side] = time.process_time() - began
+            found[name].append(spent[0] / spent[1])
+    gc.enable()
+    return found
+
+
+def spread_of(runs: Sequence[Sequence[float]]) -> tuple[float, float]:
+    """Median of the runs' medians, and the spread that a single run is judged by."""
+    medians = [median(run) for run in runs]
+    low, high = np.quantile(np.concatenate(runs), (0.05, 0.95))
+    return median(medians), max(float(high - low), max(medians) - min(medians))
+
+
+def write_baseline(runs: int) -> None:
+    with all_ways() as ways:
+        seen = []
+        for number in range(runs):
+            seen.append(pairs_of(ways, PAIRS))
+            print(
+                f"run {number + 1} of {runs}: " + ", ".join(f"{name} {median(found):.3f}" for name, found in seen[-1].items()), flush=True
+            )
+    ratios = {name: spread_of([run[name] for run in seen]) for name in ways}
+    facts = host()
+    head = {"written": f"{datetime.now(UTC):%Y-%m-%d}", "commit": software()["software_commit"], "runs": runs, "pairs": PAIRS}
+    content = {**head, **{key: facts[key] for key in SAME}, "ratios": {name: {"median": m, "spread": s} for name, (m, s) in ratios.items()}}
+    write_whole(BASELINE, json.dumps(content, indent=1) + "\n", "baseline")
+    print(f"the baseline: {BASELINE}")
+
+
+def judged(found: Mapping[str, Sequence[float]], baseline: Mapping[str, Mapping[str, float]]) -> Iterator[tuple[str, bool]]:
+    """A line for each ratio, and whether it has become worse."""
+    for name, pairs in found.items():
+        kept, now = baseline.get(name), median(pairs)
+        shown = f"{name:28}{now:8.3f}  ({min(pairs):.3f} to {max(pairs):.3f} of {len(pairs)} pairs)"
+        if kept is None:
+            yield f"{shown}; no baseline", False
+            continue
+        limit = kept["median"] + 0.5 * kept["spread"]
+        worse = now > limit
+        yield f"{shown}; baseline {kept['median']:.3f}, limit {limit:.3f}: {'WORSE' if worse else 'ok'}", worse
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--write", action="store_true", help=f"make {BASELINE.name} anew")
+    parser.add_argument("--runs", type=int, default=12, metavar="N", help="for the baseline (default %(default)s)")
+    arguments = parser.parse_args()
+    if arguments.write:
+        write_baseline(arguments.runs)
+        return 0
+    with all_ways() as ways:
+        found = pairs_of(ways, PAIRS)
+    kept = json.loads(BASELINE.read_text()) if BASELINE.exists() else {"ratios": {}}
+    others = [key for key in SAME if kept.get(key) != host()[key]]
+    lines = list(judged(found, kept["ratios"]))
+    print("processor time over that of the other side, median of pairs; less is better")
+    print("\n".join(line for line, _ in lines))
+    if others:
+        print(f"not judged: the baseline ({kept.get('written', 'none')}) is of another {' and '.join(others)}")
+        return 0
+    return 1 if any(worse for _, worse in lines) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

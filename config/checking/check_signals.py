@@ -1,0 +1,71 @@
+"""Signals against what uses them: travel, the loop's period, how long a calibration holds; commands and limits against what is measured."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Iterator
+
+from config.checking.finding import Finding, error_at, warning_at
+from config.parsing.yaml_tree import YamlTree
+from config.schema.rig import Rig
+
+
+def check_signals(rig: Rig, tree: YamlTree, today: datetime.date) -> Iterator[Finding]:
+    """Findings about `signals`, and about the joints and interlocks that hang on them."""
+    yield from _signal_ranges(rig, tree)
+    yield from _ages(rig, tree)
+    yield from _commands(rig, tree)
+    yield from _calibrations(rig, tree, today)
+    yield from _interlocks(rig, tree)
+
+
+def _signal_ranges(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
+    for name, joint in rig.joints.items():
+        signal = rig.signals[f"{name}.position"]
+        unit = "rad" if joint.motion == "rotary" else "m"
+        for bound, limit, inside in (("low", signal.low, min), ("high", signal.high, max)):
+            edge = inside(joint.travel)
+            if limit is not None and inside(limit, edge) != limit:
+                text = f"{name}.position: {bound} = {limit:.6g} {unit} lies inside the travel, which ends at {edge:.6g} {unit}"
+                yield error_at(tree, ("signals", f"{name}.position", bound), text)
+
+
+def _ages(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
+    period_s = 1 / rig.loop.rate_Hz
+    for name, signal in rig.signals.items():
+        if signal.max_age_s < period_s:
+            text = f"{name}: max_age {signal.max_age_s:g} s is less than one period of the loop, {period_s:g} s: always stale"
+            yield error_at(tree, ("signals", name, "max_age"), text)
+        if name.endswith(".position") and rig.devices[signal.device].slow:
+            text = f"{name} comes from the slow device {signal.device!r}: the servo will act on old positions"
+            yield warning_at(tree, ("signals", name, "device"), text)
+
+
+def _commands(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
+    for name, joint in rig.joints.items():
+        needed_V = abs(rig.servo[name].velocity_feedforward) * joint.rate_limit
+        if needed_V > joint.command_limit_V:
+            text = f"joints.{name}: rate_limit needs {needed_V:.3g} V by the feed-forward, command_limit is {joint.command_limit_V:g} V"
+            yield warning_at(tree, ("joints", name, "rate_limit"), f"{text}: the joint cannot reach its rate limit")
+
+
+def _calibrations(rig: Rig, tree: YamlTree, today: datetime.date) -> Iterator[Finding]:
+    for name, signal in rig.signals.items():
+        until = signal.calibration.valid_until
+        if until and until < today:
+            blocks = signal.calibration.on_expiry == "block"
+            what = f"{name}: the calibration was valid until {until}: calibrate again"
+            path = ("signals", name, "calibration", "valid_until")
+            yield error_at(tree, path, f"{what}; the rig cannot be armed") if blocks else warning_at(tree, path, what)
+
+
+def _interlocks(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
+    fitted = {name.rsplit(".", 1)[-1] for name in rig.signals}
+    pairs = (
+        ("supply_pressure", "supply_pressure_min", rig.interlocks.supply_pressure_min_Pa),
+        ("return_pressure", "return_pressure_max", rig.interlocks.return_pressure_max_Pa),
+        ("reservoir_temperature", "oil_temperature_max", rig.interlocks.oil_temperature_max_C),
+    )
+    for signal, key, limit in pairs:
+        if signal in fitted and limit is None:
+            yield warning_at(tree, ("interlocks",), f"{signal} is measured but interlocks.{key} is not set: nothing stops the arm on it")

@@ -1,0 +1,72 @@
+"""Files appear whole or not at all: written under a temporary name, then renamed. And what to do when the system refuses."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from config.errors import LogError, LongreachError
+
+_ROOM = "make room (`df -h` shows where) and try again; what was finished is kept."
+_RIGHTS = "Choose another place, or run it as a user who may use this one: `ls -ld {place}` shows who."
+_ADVICE = {
+    errno.ENOSPC: f"The disk is full: {_ROOM}",
+    errno.EDQUOT: f"Your quota is used up: {_ROOM}",
+    errno.EFBIG: f"No file may grow that large here (`ulimit -f`): {_ROOM}",
+    errno.EACCES: _RIGHTS,
+    errno.EPERM: _RIGHTS,
+    errno.EROFS: "Nothing can be written there: choose another place.",
+    errno.ENOENT: "Check the path: `ls {folder}` shows what is there.",
+}
+
+
+def system_advice(error: OSError) -> str:
+    """What to do about a refusal of the operating system; empty where nothing is known."""
+    path = Path(os.fsdecode(error.filename)) if isinstance(error.filename, (str, bytes, os.PathLike)) else Path()
+    folder = next((each for each in path.parents if each.is_dir()), Path())
+    with suppress(OSError):
+        path = path if path.exists() else folder
+    return _ADVICE.get(error.errno or 0, "").format(place=shlex.quote(str(path)), folder=shlex.quote(str(folder)))
+
+
+def refused_by_system(error: OSError) -> LongreachError:
+    """A refusal by the operating system as one of ours: which file, why, what to do."""
+    where = os.fsdecode(error.filename) if isinstance(error.filename, (str, bytes, os.PathLike)) else ""
+    return LongreachError("the operating system refuses", value=error.strerror or str(error), where=where, next_step=system_advice(error))
+
+
+@contextmanager
+def replaced_when_done(path: Path) -> Iterator[Path]:
+    """The temporary name to write to; the file has its own name when the block ends, and nothing is left of it when that fails.
+
+    OSError when the operating system refuses.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        with suppress(OSError):  # the folder cannot be used: nothing was written there
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def whole_file(path: Path, what: str) -> Iterator[Path]:
+    """`replaced_when_done`, its folder made if need be. LogError "the WHAT cannot be written" when the operating system refuses."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replaced_when_done(path) as temporary:
+            yield temporary
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise LogError(f"the {what} cannot be written", value=reason, where=str(path), next_step=system_advice(error)) from error
+
+
+def write_whole(path: Path, text: str, what: str = "result") -> None:
+    """A text file, by `whole_file`."""
+    with whole_file(path, what) as temporary:
+        temporary.write_text(text, encoding="utf-8")

@@ -1,0 +1,1 @@
+"""`longreach demo`: the paper's maneuver on the embedded simulated rig, unshaped and shaped."""

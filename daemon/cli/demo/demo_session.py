@@ -1,0 +1,100 @@
+"""One run of the demo through a real daemon on the wall clock."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from config.errors import DaemonError
+from daemon.cli.operate.motion_commands import wait_for
+from daemon.server.protocol import Client
+
+_START_LIMIT_S = 90.0  # the first start on a machine compiles the simulation kernel
+
+Show = Callable[[dict[str, Any]], None]
+
+
+def wall_clock_run(rig: Path, request: Mapping[str, Any], out: Path, show: Show) -> Path:
+    """A request in a daemon of its own, so that no run starts with what the one before left swinging. Returns its log.
+
+    Raises DaemonError when the daemon does not start, does not arm in time, or the run does not end valid; refusals as `start`.
+    """
+    with _daemon(rig, out) as client:
+        return _one_run(client, request, show)
+
+
+def _one_run(client: Client, request: Mapping[str, Any], show: Show) -> Path:
+    """Release the e-stop, which starts latched; arm, run, disarm: arming begins a new recording, so the run has a log of its own."""
+    client.call("reset")
+    client.call("arm")
+    _until_mode(client, "holding", show)
+    run = client.call("start", **request)
+    result = wait_for(client, run["run"], show)
+    log = Path(client.call("status")["log"]["path"])
+    client.call("disarm")
+    _until_mode(client, "disarmed", show)
+    if result["validity"] != "valid":
+        raise DaemonError(
+            "a demo run is not valid", value=result.get("reason", ""), where=str(log), next_step=f"See `longreach log info {log}`."
+        )
+    return log
+
+
+def _until_mode(client: Client, mode: str, show: Show) -> None:
+    """Wait for a mode; the limit is generous because arming includes settling."""
+    limit = time.monotonic() + 10.0
+    while time.monotonic() < limit:
+        status = client.call("status")
+        show(status)
+        if status["mode"] == mode:
+            return
+        time.sleep(0.05)
+    raise DaemonError(
+        "the daemon did not change its mode", value=status["mode"], limit=f"{mode} within 10 s", next_step="Run `longreach why`."
+    )
+
+
+@contextmanager
+def _daemon(rig: Path, out: Path) -> Iterator[Client]:
+    """A daemon with a private runtime directory, stopped as systemd would stop it."""
+    with tempfile.TemporaryDirectory(prefix="longreach-demo-") as runtime:
+        socket, journal = Path(runtime) / "longreach.sock", out / "longreachd.txt"
+        places = ["--runtime-dir", runtime, "--socket", str(socket), "--log-dir", str(out)]
+        with journal.open("ab") as output:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "daemon.processes.supervisor", str(rig), *places],
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            )
+        try:
+            with _wait_for_socket(socket, process, journal) as client:
+                yield client
+        finally:
+            process.terminate()
+            process.wait(timeout=20)
+
+
+def _wait_for_socket(socket: Path, process: subprocess.Popen[bytes], journal: Path) -> Client:
+    limit = time.monotonic() + _START_LIMIT_S
+    while time.monotonic() < limit:
+        if process.poll() is not None:
+            raise DaemonError("the daemon ended while starting", value=process.returncode, where=str(journal), next_step=_tail(journal))
+        try:
+            client = Client(socket)
+            client.call("status")
+            return client
+        except DaemonError:
+            time.sleep(0.1)
+    raise DaemonError("the daemon did not answer", limit=_START_LIMIT_S, unit="s", where=str(socket), next_step=_tail(journal))
+
+
+def _tail(journal: Path) -> str:
+    return "Its last words: " + " | ".join(journal.read_text(errors="replace").splitlines()[-3:])

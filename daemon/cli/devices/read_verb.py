@@ -1,0 +1,60 @@
+"""`device read WHERE [DEVICE]`: objects or registers once, raw and in engineering units."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+from daemon.cli.connection import add_json_option
+from daemon.cli.devices.words import add_device
+
+if TYPE_CHECKING:
+    from daemon.cli.devices.places import Place
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Show the objects of a CANopen node (SDO reads alone) or the registers of a Modbus unit. Nothing is written."
+    add_device(parser)
+    add_json_option(parser)
+    parser.set_defaults(run_command=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from config.errors import DriverError
+    from daemon.cli.devices.places import device
+    from daemon.cli.shown.terminal import text_table
+
+    with device(arguments) as found:
+        values = found.source.read()
+        problems = found.source.problems()
+    if all(value is None for value in values):
+        raise DriverError("nothing could be read", value="; ".join(problems), where=found.title)
+    if arguments.json:
+        places = [_as_dict(place, value) for place, value in zip(found.places, values, strict=True)]
+        print(json.dumps({"device": found.title, "places": places, "problems": problems}))
+        return 0
+    print(found.title)
+    rows = [[place.where, place.name, place.type, *shown(place, value)] for place, value in zip(found.places, values, strict=True)]
+    print("\n".join(text_table(["place", "name", "type", "raw", "value", "unit", "signal"], rows, left=(0, 1, 2, 5, 6))))
+    for problem in problems:
+        print(problem)
+    return 0
+
+
+def shown(place: Place, value: float | str | None) -> list[str]:
+    """Raw, engineering value, unit, signal."""
+    if value is None:
+        return ["no value", "", "", place.scaling.signal if place.scaling else ""]
+    raw = f"{value:.10g}" if isinstance(value, float) else value
+    if place.scaling is None or isinstance(value, str):
+        return [raw, "", "", ""]
+    return [raw, f"{place.scaling.value(value):.6g}", place.scaling.shown[0], place.scaling.signal]
+
+
+def _as_dict(place: Place, value: float | str | None) -> dict[str, Any]:
+    row: dict[str, Any] = {"place": place.where, "name": place.name, "type": place.type, "raw": value}
+    if place.scaling is not None:
+        scaled = place.scaling.value(value) if isinstance(value, float) else None
+        row |= {"signal": place.scaling.signal, "value": scaled, "unit": place.scaling.shown[0]}
+    return row

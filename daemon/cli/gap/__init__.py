@@ -1,0 +1,1 @@
+"""Commands of the gap: find, next, loop, study, demo."""

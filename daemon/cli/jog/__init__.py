@@ -1,0 +1,1 @@
+"""`longreach jog`: drive by hand with a keyboard: what keys mean, how a terminal tells them, the command."""

@@ -1,0 +1,29 @@
+"""`live`: live data for Foxglove."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+DEFAULT_PORT = 8765  # where Foxglove looks first
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--port", type=int, default=DEFAULT_PORT, metavar="N", help="port on loopback (default %(default)s; 0: any free one)"
+    )
+    parser.add_argument("--layout", type=Path, metavar="FILE.json", help="write the shipped layout for this rig there, to import it")
+    parser.set_defaults(run_command=_live)
+
+
+def _live(arguments: argparse.Namespace) -> int:
+    import asyncio
+
+    from daemon.live.foxglove.server import serve_foxglove
+    from daemon.processes.paths import socket_path
+
+    def say(text: str) -> None:
+        print(text, flush=True)
+
+    asyncio.run(serve_foxglove(str(socket_path(arguments.socket)), arguments.port, arguments.layout, say))
+    return 0

@@ -1,0 +1,1 @@
+"""Commands that look at logs: info, check, plot, diff, export, import, recover, replay, runs."""

@@ -1,0 +1,78 @@
+"""`check RIG.yaml`: everything that can be known about a rig file without hardware."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import datetime
+import json
+import sys
+from typing import TYPE_CHECKING
+
+from config.errors import EXIT_REFUSED, ConfigError
+from daemon.cli.connection import add_json_option
+
+if TYPE_CHECKING:
+    from config.migrating.migrate_file import MigratedFile
+
+_STYLE = {"ok": "[green]ok[/]", "warning": "[yellow]warning[/]", "error": "[red bold]error[/]"}
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("rig", metavar="RIG.yaml", help="a rig file, or the name of a shipped rig")
+    parser.add_argument(
+        "--migrate", action="store_true", help="first rewrite the keys of older versions in the file; comments stay, a copy is kept"
+    )
+    add_json_option(parser)
+    parser.set_defaults(run_command=_check)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from rich.table import Table
+
+    from config.checking.check import check_rig
+    from config.loading.load import load_rig
+    from daemon.cli.shown.rich_console import console
+
+    moved = _migrate(arguments) if arguments.migrate else None
+    try:
+        loaded = load_rig(arguments.rig)
+    except ConfigError:
+        _tell_older_keys(arguments)
+        raise
+    findings = check_rig(loaded, datetime.date.today())
+    errors = [finding for finding in findings if finding.level == "error"]
+    if arguments.json:
+        answer = {"rig": loaded.rig.name, "good": not errors, "findings": [dataclasses.asdict(each) for each in findings]}
+        print(json.dumps(answer | ({"migrated": dataclasses.asdict(moved)} if moved else {}), default=str))
+        return EXIT_REFUSED if errors else 0
+    table = Table(title=f"{loaded.path}: {loaded.rig.name}", title_justify="left", show_header=False)
+    for finding in findings:
+        table.add_row(_STYLE[finding.level], finding.text)
+    console().print(table)
+    return EXIT_REFUSED if errors else 0
+
+
+def _migrate(arguments: argparse.Namespace) -> MigratedFile:
+    from config.loading.shipped import find
+    from config.migrating.migrate_file import migrate_file
+
+    moved = migrate_file(find("rigs", arguments.rig))
+    if not arguments.json:
+        print(moved.text())
+    return moved
+
+
+def _tell_older_keys(arguments: argparse.Namespace) -> None:
+    """Before the problems of a file are told: those that --migrate would solve."""
+    from config.loading.load import find, read_text
+    from config.migrating.migrations import migrated
+
+    try:
+        done = migrated(read_text(find("rigs", arguments.rig)))[1]
+    except ConfigError:
+        return
+    for each in done:
+        print(f"an older key: {each.text()}", file=sys.stderr)
+    if done:
+        print(f"`longreach check {arguments.rig} --migrate` rewrites them and keeps a copy", file=sys.stderr)

@@ -1,0 +1,75 @@
+"""`why`: why the arm will not move, now or at a moment of a recording."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from daemon.cli.connection import add_json_option, connect
+from daemon.cli.shown.check_table import checks_lines
+from daemon.cli.shown.shown_units import add_si_option, units_of_rig
+
+if TYPE_CHECKING:
+    from recording.files.reader import Log
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("log", nargs="?", metavar="LOG.mcap", help="ask a recording instead of the daemon")
+    parser.add_argument("--at", type=float, metavar="S", help="moment of the recording, column t_s (default: its end)")
+    add_si_option(parser)
+    add_json_option(parser)
+    parser.set_defaults(run_command=_why)
+
+
+def _why(arguments: argparse.Namespace) -> int:
+    """Exit 0 when nothing stands in the way of arming, 1 when something does."""
+    if arguments.log is not None:
+        return _why_then(arguments)
+    with connect(arguments) as client:
+        checks, units = client.call("checks")["checks"], units_of_rig(arguments, client.call)
+    failed = [check for check in checks if not check["ok"]]
+    if arguments.json:
+        print(json.dumps({"ready": not failed, "checks": checks}))
+        return 1 if failed else 0
+    print("\n".join(checks_lines(checks, units)))
+    print(f"{len(failed)} of {len(checks)} checks stand in the way" if failed else "nothing stands in the way: `longreach arm`")
+    return 1 if failed else 0
+
+
+def _why_then(arguments: argparse.Namespace) -> int:
+    """The same of a moment of a recording, with the warnings and faults that led to it."""
+    from daemon.checks.past_checks import checks_at
+    from daemon.reports.stated_log import sentences_of, units_of_checks
+    from recording.files.reader import read_log
+
+    log = read_log(arguments.log)
+    moment = checks_at(log, arguments.at)
+    incident = _incident(log, moment.t_s)
+    failed = [check for check in moment.checks if check["ok"] is False]
+    if arguments.json:
+        events = [{"t_s": event.t_s, "name": event.name, "text": event.text} for event in moment.events]
+        found = {"t_s": moment.t_s, "cycle": moment.cycle, "mode": moment.mode.name.lower(), "checks": moment.checks, "events": events}
+        found |= {"incident": incident}
+        print(json.dumps(found))
+        return 1 if failed else 0
+    print(f"t {moment.t_s:.3f} s, cycle {moment.cycle}: {moment.mode.name.lower()}")
+    print("\n".join(checks_lines(moment.checks, {} if arguments.si else units_of_checks(log, moment.checks))))
+    for event in moment.events:
+        text = event.text if arguments.si else sentences_of(log).text(event.text)
+        print(f"{event.t_s:10.3f} s  {event.name:<20} {text}")
+    if incident:
+        print(f"what led to the fault: {incident}")
+    return 1 if failed else 0
+
+
+def _incident(log: Log, t_s: float) -> str:
+    """The page of the fault that the moment led to, or of the last one, or the command that makes it; empty where there was none."""
+    from daemon.reports.incident import AFTER_S, faults_of, incident_page_of
+
+    faults = faults_of(log)
+    if not faults:
+        return ""
+    number = next((n for n, fault in enumerate(faults, 1) if t_s <= fault.t_s + AFTER_S), len(faults))
+    page = incident_page_of(log.path, number)
+    return str(page) if page.exists() else f"longreach log incident {log.path} --fault {number}"

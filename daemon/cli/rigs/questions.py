@@ -1,0 +1,145 @@
+"""What `new-rig` asks: each number by a flag, or on a terminal by a question, in the words and units of a data sheet."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from config.errors import LongreachError, UnitError, UsageError
+
+CYLINDER, ROTARY, ARM = "cylinder", "rotary", "arm"
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One number or word. `unit`: what it must convert to ("" for a word); `kinds`: for which actuators; without default it is needed."""
+
+    flag: str
+    text: str
+    unit: str
+    default: str | None = None
+    kinds: tuple[str, ...] = (CYLINDER, ROTARY, ARM)
+
+    @property
+    def key(self) -> str:
+        return self.flag.replace("-", "_")
+
+
+AXES = (CYLINDER, ROTARY)
+QUESTIONS = (
+    Question("joint", "name of the joint", "", "axis", AXES),
+    Question("bore", "bore of the cylinder", "m", None, (CYLINDER, ARM)),
+    Question("rod", "diameter of the rod (0 mm: none)", "m", None, (CYLINDER, ARM)),
+    Question("stroke", "stroke between the stops", "m", None, (CYLINDER,)),
+    Question("mass", "moving mass", "kg", None, (CYLINDER,)),
+    Question("displacement", "oil per angle of the rotary actuator, e.g. '10 in^3/rad'", "m^3/rad", None, (ROTARY, ARM)),
+    Question("angle", "angle between its stops", "rad", None, (ROTARY, ARM)),
+    Question("inertia", "turning inertia", "kg*m^2", None, (ROTARY,)),
+    Question("shortest", "hub's axis to payload, retracted", "m", None, (ARM,)),
+    Question("longest", "hub's axis to payload, extended", "m", None, (ARM,)),
+    Question("tube-outside", "outer diameter of the link's tube", "m", None, (ARM,)),
+    Question("tube-inside", "inner diameter of the tube (0 mm: a rod)", "m", None, (ARM,)),
+    Question("tube-length", "whole length of the tube, with what stays in its bearing", "m", None, (ARM,)),
+    Question("tube-material", "steel or aluminium", "", "steel", (ARM,)),
+    Question("hub-inertia", "inertia of what turns and does not slide", "kg*m^2", None, (ARM,)),
+    Question("carriage", "mass of rod, piston and carriage, which slide with the tube", "kg", None, (ARM,)),
+    Question("payload", "mass at the tip", "kg", None, (ARM,)),
+    Question("dead-volume", "oil between valve and each chamber at its smallest", "m^3", "20 cm^3"),
+    Question("rated-flow", "rated flow of the valve", "m^3/s", None, AXES),
+    Question("rotary-flow", "rated flow of the hub's valve", "m^3/s", None, (ARM,)),
+    Question("prismatic-flow", "rated flow of the slide's valve", "m^3/s", None, (ARM,)),
+    Question("rated-drop", "pressure drop of the rated flow, over both lands", "Pa", "70 bar"),
+    Question("full-scale", "command for full opening", "V", "10 V"),
+    Question("stroke-time", "time of the spool from null to full opening", "s", "10 ms"),
+    Question("supply", "supply pressure", "Pa"),
+    Question("iso-vg", "grade of the oil: ISO VG", "", "46"),
+    Question("resolution", "step of the position sensor", "", None, AXES),
+    Question("noise", "noise of the position sensor, rms", "", None, AXES),
+    Question("rotary-resolution", "step of the hub's position sensor", "rad", "0.005 deg", (ARM,)),
+    Question("rotary-noise", "its noise, rms", "rad", "0.002 deg", (ARM,)),
+    Question("prismatic-resolution", "step of the slide's position sensor", "m", "25 um", (ARM,)),
+    Question("prismatic-noise", "its noise, rms", "m", "10 um", (ARM,)),
+    Question("deflection-range", "range of the deflection sensor at the tip, either way (0 mm: none)", "m", "0 mm", (ARM,)),
+    Question("deflection-resolution", "its step", "m", "20 um", (ARM,)),
+    Question("deflection-noise", "its noise, rms", "m", "20 um", (ARM,)),
+)
+
+
+def of_kind(kind: str) -> list[Question]:
+    return [question for question in QUESTIONS if kind in question.kinds]
+
+
+def answers(arguments: argparse.Namespace, kind: str, ask: Callable[[str], str] | None) -> dict[str, str]:
+    """Every answer as the user writes it, checked; asked for with `ask` where a flag is missing. UsageError names all flags that are wrong
+    or missing at once."""
+    found: dict[str, str] = {}
+    wrong: list[str] = []
+    for question in of_kind(kind):
+        given = getattr(arguments, question.key)
+        if given is None and ask is not None:
+            given = _asked(question, kind, ask)
+        given = question.default if given is None else given
+        problem = "is missing" if given is None else _problem(question, kind, given)
+        if problem:
+            wrong.append(f"--{question.flag} {problem}")
+        else:
+            found[question.key] = str(given)
+    if wrong:
+        example = "e.g. --bore '16 mm' --rated-flow '10 l/min' --supply '70 bar'; in a terminal `longreach new-rig` asks for each"
+        raise UsageError("; ".join(wrong), where="new-rig", next_step=f"Give them with units, {example}.")
+    return found
+
+
+def _asked(question: Question, kind: str, ask: Callable[[str], str]) -> str | None:
+    """Asks until the answer can be read; an empty one takes the default."""
+    while True:
+        default = f" [{question.default}]" if question.default else ""
+        given = ask(f"{question.text}{default}: ").strip()
+        if not given and question.default:
+            return None
+        problem = _problem(question, kind, given) if given else "is needed"
+        if not problem:
+            return given
+        print(f"  {problem}")
+
+
+def _problem(question: Question, kind: str, given: str) -> str:
+    """Why an answer cannot be taken; empty for a good one."""
+    unit = question.unit or {"resolution": "", "noise": ""}.get(question.key, "word")
+    if unit == "word":
+        return ""
+    try:
+        number(given, unit or ("rad" if kind == ROTARY else "m"))
+    except LongreachError as error:
+        return f"{given!r}: {error.refusal.what}. {error.refusal.next_step}"
+    return ""
+
+
+def number(given: str, unit: str) -> float:
+    """The answer in `unit`; UnitError also for a bare number where a unit is wanted, and for what is negative."""
+    from config.units import to_si, written_unit
+
+    if unit and not written_unit(given):
+        raise UnitError("a unit is missing", value=repr(given), next_step=f"Write it with one, e.g. in {unit}.")
+    value = to_si(given, unit)
+    if value < 0.0:
+        raise UnitError("must not be negative", value=repr(given), next_step="Give its size.")
+    return value
+
+
+def grade(given: str) -> int:
+    """The number of `46`, `VG 46` or `ISO VG 46`."""
+    words = given.upper().replace("ISO", " ").replace("VG", " ").split()
+    if len(words) != 1 or not words[0].isdigit():
+        raise UsageError("this is no grade of oil", value=repr(given), where="--iso-vg", next_step="Give the number after ISO VG, e.g. 46.")
+    return int(words[0])
+
+
+def choose_kind(given: str | None, ask: Callable[[str], str] | None) -> str:
+    kinds: Sequence[str] = (CYLINDER, ROTARY, ARM)
+    while given not in kinds:
+        if ask is None:
+            raise UsageError("--kind is missing", limit=" or ".join(kinds), where="new-rig", next_step="Add --kind cylinder.")
+        given = ask(f"kind of rig ({' or '.join(kinds)}) [{CYLINDER}]: ").strip() or CYLINDER
+    return str(given)

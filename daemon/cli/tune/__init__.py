@@ -1,0 +1,1 @@
+"""Commands that tune a rig: identify, design, shape, oil-table, warm-up, paper."""

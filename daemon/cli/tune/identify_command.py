@@ -1,0 +1,123 @@
+"""`identify`: sweeps, multisines and small moves on the rig or its simulation; or what existing logs say."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from config.errors import ConfigError
+from daemon.cli.connection import add_json_option, connect
+from daemon.cli.shown.progress import progress_lines
+
+if TYPE_CHECKING:
+    from config.loading.load import LoadedRig
+
+WHAT = ("sweep", "multisine", "map", "payload", "all")
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--simulated", action="store_true", help="in lockstep on the rig file's plant (default)")
+    where.add_argument("--on-rig", action="store_true", help="on the armed rig, through the daemon")
+    where.add_argument("--log", type=Path, action="append", default=[], metavar="LOG", help="no runs: use this log; may be repeated")
+    parser.add_argument("--what", choices=WHAT, default="all", help="what to identify (default all)")
+    parser.add_argument("--joint", default="rotary", help="the joint that sweeps and multisines excite (default rotary)")
+    parser.add_argument("--amplitudes", default="0.1 V, 0.3 V, 1 V", help="on the command (default %(default)s)")
+    parser.add_argument("--extensions", metavar="LIST", help="e.g. '24 in, 36 in' (default: over the travel)")
+    parser.add_argument("--temperatures", metavar="LIST", help="of the oil, simulated rig only, e.g. '20 degC, 40 degC, 60 degC'")
+    parser.add_argument(
+        "--payloads", metavar="LIST", help="known payloads, simulated rig only, e.g. '0 lb, 45 lb'; the map is made with each"
+    )
+    parser.add_argument("--band", default="0.2 Hz, 8 Hz", help="of sweeps and multisines (default %(default)s)")
+    parser.add_argument("--realisations", type=int, default=3, help="multisines with other phases at every condition (default 3)")
+    parser.add_argument("--seed", type=int, default=0, help="of the simulated sensors' noise")
+    parser.add_argument("--by", default="", help="who identifies (default: this user and computer)")
+    parser.add_argument("--valid-days", type=int, default=180, help="how long the record may be used (default 180)")
+    parser.add_argument("--out", type=Path, default=Path("identified"), metavar="DIR", help="where the results go (default ./identified)")
+    add_json_option(parser)
+    parser.set_defaults(run_command=_identify)
+
+
+def _identify(arguments: argparse.Namespace) -> int:
+    from config.loading.calibration_record import load_record
+    from daemon.host.host_facts import user_and_host
+    from tuning.identification.identification import identify
+    from tuning.identification.identify_plots import summary, write_pictures
+    from tuning.identification.record_file import as_dict, write_record, write_results
+
+    progress = progress_lines(arguments.json)
+    source = "logs" if arguments.log else "rig" if arguments.on_rig else "simulated"
+    found = identify(_logs(arguments, progress), progress)
+    by = arguments.by or user_and_host()
+    today = datetime.date.today()
+    record = arguments.out / f"{found.rig.name}-{today}.yaml"
+    write_record(found, record, by, source, today, arguments.valid_days)
+    written = [record, write_results(found, arguments.out / "results.json"), *write_pictures(found, arguments.out)]
+    if arguments.json:
+        print(json.dumps({**as_dict(found), "record": str(record), "written": [str(path) for path in written]}))
+        return 0
+    print("\n".join([*summary(found), f"written: {', '.join(map(str, written))}"]))
+    if load_record(record).link is not None:
+        print(f"rig file: identified: {{record: {record}}}")
+    return 0
+
+
+def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
+    from config.loading.load import load_rig
+    from daemon.cli.tune.identify_runs import in_lockstep, on_daemon
+    from tuning.experiments.experiments import experiments, must_ring
+
+    if arguments.log:
+        return list(arguments.log)
+    loaded = load_rig(arguments.rig)
+    wanted = experiments(loaded.rig, _campaign(arguments, loaded))
+    if arguments.on_rig:
+        needed = must_ring(loaded.rig, arguments.what)
+        if needed:
+            advice = f"Stop longreachd, set {' and '.join(needed)} in {loaded.path}, start it, identify, and set them back."
+            raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
+        with connect(arguments) as client:
+            return on_daemon(client, wanted, progress)
+    return in_lockstep(loaded, wanted, arguments.out / "logs", arguments.seed, progress)
+
+
+def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
+    from tuning.experiments.experiments import Campaign, default_extensions
+
+    if arguments.on_rig and (arguments.temperatures or arguments.payloads):
+        advice = "Leave --temperatures and --payloads out: both are measured, and the payload mounted is that of link_mode."
+        raise ConfigError("oil temperature and payload of a rig cannot be set by command", next_step=advice)
+    if loaded.rig.arm.kind != "rotary_prismatic":
+        advice = "Record a sine_sweep or multisine with `longreach start`, then `longreach identify --log LOG`."
+        raise ConfigError("the runs are made for a rotary_prismatic arm", value=loaded.rig.arm.kind, where=loaded.path, next_step=advice)
+    if arguments.joint not in loaded.rig.joints:
+        raise ConfigError("unknown joint", value=arguments.joint, limit=", ".join(loaded.rig.joints), where="--joint")
+    low, high = _list(arguments.band, "Hz", "--band", 2)
+    extensions = _list(arguments.extensions, "m", "--extensions") or default_extensions(loaded.rig, arguments.what)
+    return Campaign(
+        arguments.what,
+        arguments.joint,
+        _list(arguments.amplitudes, "V", "--amplitudes"),
+        extensions,
+        _list(arguments.temperatures, "degC", "--temperatures"),
+        _list(arguments.payloads, "kg", "--payloads"),
+        (low, high),
+        arguments.realisations,
+    )
+
+
+def _list(text: str | None, unit: str, option: str, count: int | None = None) -> tuple[float, ...]:
+    """Quantities separated by commas, in SI."""
+    from config.units import to_si
+
+    try:
+        values = tuple(to_si(part.strip(), unit) for part in text.split(",")) if text else ()
+    except ConfigError as error:
+        raise ConfigError(f"{option} is a list of quantities in {unit}", value=text, where=option, next_step=str(error)) from error
+    if count is not None and len(values) != count:
+        raise ConfigError(f"{option} needs {count} values", value=text, where=option)
+    return values

@@ -1,0 +1,87 @@
+"""What makes a computer late, as far as the system tells: each with what to do about it. Reads /proc and /sys; "unknown" is no cause."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from daemon.host.host_facts import host
+
+_CPU = "sys/devices/system/cpu"
+_DEEP_US = 10  # exit latency from which an idle state costs a 1 kHz loop something
+_SLOW_USB_MS = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """`name`: what was looked at; `value`: what was found; `next_step`: what to do, empty where nothing is wrong."""
+
+    name: str
+    value: str
+    next_step: str = ""
+
+
+def causes(root: Path = Path("/"), stolen: float = 0.0) -> list[Cause]:
+    """Everything that was looked at. `root`: where proc and sys stand; `stolen`: share of the time that the hypervisor took meanwhile."""
+    return [*_kernel(), _governor(root), *_idle_states(root), _siblings(root), _hypervisor(root, stolen), *_usb_serial(root)]
+
+
+def stolen_ticks(root: Path = Path("/")) -> tuple[int, int]:
+    """Ticks of all processors so far: taken by the hypervisor, and all of them (`man 5 proc`, /proc/stat)."""
+    numbers = [int(word) for word in _text(root / "proc/stat").partition("\n")[0].split()[1:9]]
+    return (numbers[7], sum(numbers)) if len(numbers) == 8 else (0, 1)
+
+
+def _kernel() -> Iterator[Cause]:
+    facts = host()
+    rt = "" if facts["host_preempt_rt"] == "yes" else "A PREEMPT_RT kernel bounds the worst wake-up (Debian: linux-image-rt-amd64)."
+    yield Cause("kernel", f"{facts['host_kernel'].split()[1]}, PREEMPT_RT: {facts['host_preempt_rt']}", rt)
+    isolated = facts["host_isolated_cpus"]
+    advice = "" if isolated not in ("none", "unknown") else "Keep other work off one processor: boot with isolcpus=N, then loop.cpu: N."
+    yield Cause("isolated processors", isolated, advice)
+
+
+def _governor(root: Path) -> Cause:
+    found = sorted({_text(path) for path in (root / _CPU).glob("cpu[0-9]*/cpufreq/scaling_governor")} - {""})
+    advice = "cpupower frequency-set -g performance" if found and found != ["performance"] else ""
+    return Cause("governor", ", ".join(found) or "unknown (the host sets the clock)", advice)
+
+
+def _idle_states(root: Path) -> Iterator[Cause]:
+    states = sorted((root / _CPU / "cpu0/cpuidle").glob("state[0-9]*"))
+    deepest = [(int(_text(path / "latency") or 0), _text(path / "name")) for path in states]
+    slow = [f"{name} {latency} us" for latency, name in deepest if latency >= _DEEP_US]
+    if not states:
+        yield Cause("idle states", "unknown (the hypervisor's or the firmware's)")
+        return
+    allowed = os.access(root / "dev/cpu_dma_latency", os.W_OK)
+    advice = "" if allowed or not slow else "The service keeps them off; else give this user write access to /dev/cpu_dma_latency."
+    yield Cause("idle states", ", ".join(slow) or "none that is slow to leave", advice)
+
+
+def _siblings(root: Path) -> Cause:
+    active = _text(root / _CPU / "smt/active") == "1"
+    advice = "Leave the sibling of loop.cpu idle, or switch it off: echo off > /sys/devices/system/cpu/smt/control" if active else ""
+    return Cause("hardware threads", "two share a core" if active else "one a core", advice)
+
+
+def _hypervisor(root: Path, stolen: float) -> Cause:
+    virtual = " hypervisor" in _text(root / "proc/cpuinfo")
+    value = f"virtual machine, {100 * stolen:.1f} % of the time taken by its host" if virtual else "none"
+    return Cause("hypervisor", value, "Its host decides when this machine runs: commission on the rig's own computer." if virtual else "")
+
+
+def _usb_serial(root: Path) -> Iterator[Cause]:
+    for path in sorted((root / "sys/bus/usb-serial/devices").glob("*/latency_timer")):
+        wait_ms = int(_text(path) or 0)
+        advice = f"echo 1 > /{path.relative_to(root)} (the shipped udev rules do it)" if wait_ms > _SLOW_USB_MS else ""
+        yield Cause(f"USB adapter {path.parent.name}", f"holds short answers back for {wait_ms} ms", advice)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text().strip()
+    except OSError:
+        return ""

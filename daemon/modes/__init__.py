@@ -1,0 +1,4 @@
+"""The mode machine, who keeps it, and what happens to a run.
+
+Imports `cycle` and `checks`.
+"""

@@ -1,0 +1,143 @@
+"""What every driver must do, as tests for pytest. A driver's test file, of ours or a plug-in's, subclasses DriverContract and says how
+to make one. No other module imports this one: the daemon needs no pytest.
+"""
+
+from __future__ import annotations
+
+import time
+from math import inf, nan
+
+import pytest
+
+from drivers.contract import Driver, Quality
+
+Outputs = tuple[float, ...]
+
+
+class DriverContract:
+    """`make` gives a fresh driver, `actual_outputs` what its device does now, seen past the driver."""
+
+    safe_outputs: Outputs
+
+    def make(self) -> Driver:
+        raise NotImplementedError
+
+    def actual_outputs(self, driver: Driver) -> Outputs:
+        raise NotImplementedError
+
+    def fresh_time(self) -> int:
+        """The clock that read and write are given."""
+        return time.monotonic_ns()
+
+    def active(self) -> Driver:
+        driver = self.make()
+        driver.open()
+        driver.configure()
+        driver.activate()
+        return driver
+
+    def a_command(self, driver: Driver) -> list[float]:
+        return [0.5 + 0.25 * number for number in range(len(driver.outputs))]
+
+    def test_whole_life_in_order(self) -> None:
+        driver = self.make()
+        driver.open()
+        driver.configure()
+        driver.activate()
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.read(self.fresh_time())
+        driver.write(self.a_command(driver), self.fresh_time())
+        assert self.actual_outputs(driver) == tuple(self.a_command(driver))
+        driver.safe()
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.close()
+
+    def test_channels_have_unique_names(self) -> None:
+        driver = self.make()
+        assert len(set(driver.inputs)) == len(driver.inputs)
+        assert len(set(driver.outputs)) == len(driver.outputs)
+
+    def test_one_sample_for_every_input_before_activate(self) -> None:
+        driver = self.make()
+        driver.open()
+        driver.configure()
+        samples = driver.read(self.fresh_time())
+        assert len(samples) == len(driver.inputs)
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.close()
+
+    def test_ages_are_not_negative_and_stamps_never_go_back(self) -> None:
+        driver = self.active()
+        last = [0] * len(driver.inputs)
+        for _ in range(20):
+            now = self.fresh_time()
+            samples = driver.read(now)
+            assert all(sample.stamp_ns <= now for sample in samples)
+            assert all(sample.stamp_ns >= before for sample, before in zip(samples, last, strict=True))
+            last = [sample.stamp_ns for sample in samples]
+        driver.close()
+
+    def test_a_good_sample_has_a_finite_value(self) -> None:
+        driver = self.active()
+        for sample in driver.read(self.fresh_time()):
+            assert sample.quality in tuple(Quality)
+            assert sample.quality == Quality.BAD or abs(sample.raw) < inf
+        driver.close()
+
+    def test_safe_twice_and_at_any_time(self) -> None:
+        driver = self.make()
+        driver.safe()
+        driver.open()
+        driver.safe()
+        driver.configure()
+        driver.activate()
+        driver.write(self.a_command(driver), self.fresh_time())
+        driver.safe()
+        driver.safe()
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.close()
+        driver.safe()
+
+    def test_write_before_activate_is_refused(self) -> None:
+        driver = self.make()
+        driver.open()
+        driver.configure()
+        with pytest.raises(Exception, match="activ"):
+            driver.write(self.a_command(driver), self.fresh_time())
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.close()
+
+    def test_write_after_safe_needs_a_new_activate(self) -> None:
+        driver = self.active()
+        driver.safe()
+        with pytest.raises(Exception, match="activ"):
+            driver.write(self.a_command(driver), self.fresh_time())
+        driver.activate()
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.write(self.a_command(driver), self.fresh_time())
+        assert self.actual_outputs(driver) == tuple(self.a_command(driver))
+        driver.close()
+
+    def test_write_after_close_is_refused(self) -> None:
+        driver = self.active()
+        driver.close()
+        with pytest.raises(Exception, match="open"):
+            driver.write(self.a_command(driver), self.fresh_time())
+
+    @pytest.mark.parametrize("surplus", [-1, 1])
+    def test_wrong_number_of_outputs_is_refused_and_safe(self, surplus: int) -> None:
+        driver = self.active()
+        driver.write(self.a_command(driver), self.fresh_time())
+        with pytest.raises(Exception, match="number"):
+            driver.write([0.1] * (len(driver.outputs) + surplus), self.fresh_time())
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.close()
+
+    @pytest.mark.parametrize("bad", [nan, inf, -inf])
+    def test_command_that_is_no_number_is_refused_and_safe(self, bad: float) -> None:
+        driver = self.active()
+        driver.write(self.a_command(driver), self.fresh_time())
+        with pytest.raises(Exception, match="finite"):
+            driver.write([*self.a_command(driver)[:-1], bad], self.fresh_time())
+        assert self.actual_outputs(driver) == self.safe_outputs
+        driver.close()

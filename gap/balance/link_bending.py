@@ -1,0 +1,32 @@
+"""The bending of the link over the supports of a log."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap.balance.log_signals import LogSignals, mass_matrix
+from gap.balance.weak_form import Bump, Sum, supports
+from gap.data.measured import Array
+from sim_backend.memory.layout import C
+from sim_backend.physics.link import K11, damping_factor
+
+
+def link_bending(log: LogSignals, where: str, test: Bump, starts: NDArray[np.int64]) -> tuple[Sum, Array]:
+    """Inertia of the tip + elastic and damping force of the link = 0 in its first shape; of a rigid link: deflection = 0."""
+    rows, p, noise = test.rows, log.p, log.sigma["tip.deflection"]
+    done, always = Sum(len(starts)), np.ones(len(starts), dtype=bool)
+    tip, length = supports(log.signals["tip.deflection"], starts, rows), log.signals["prismatic.position"][starts + rows // 2]
+    if p[C.BENDING_STIFFNESS] == 0.0:
+        done.add(-1.0, test.value, tip, noise)
+        return done, always
+    m = mass_matrix(log, starts, rows)
+    for factor, name in ((m[:, 2], "rotary.position"), (m[:, 5], "prismatic.position"), (m[:, 7], "tip.deflection")):
+        done.add(-factor, test.acceleration, supports(log.signals[name], starts, rows), log.sigma[name])
+    stiffness = p[C.BENDING_STIFFNESS] * K11 / length**3
+    done.add(-stiffness, test.value, tip, noise)
+    damping = np.array([damping_factor(value, p) for value in length]) * K11
+    done.add(-damping, test.rate, tip, noise)
+    middle = log.signals["tip.deflection"][starts + rows // 2]
+    done.total = done.total - (m[:, 12] - stiffness * middle)  # what is left of the bias without the elastic force: Coriolis, centrifugal
+    return done, always

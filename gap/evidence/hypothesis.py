@@ -1,0 +1,95 @@
+"""One set of effects fitted: where its posterior is largest, how wide it is there, and the evidence for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.data.measured import Array
+from gap.data.windows import Experiment
+from gap.evidence.changed import Changed
+from gap.evidence.laplace import log_evidence
+from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior
+from gap.evidence.noise.noise_model import Discrepancy, weighed
+from gap.evidence.noise.unknowns import Unknowns
+from gap.evidence.prior import phi_of, prior_of
+from gap.fitting.model import Model
+from gap.fitting.simulate import residual
+from gap.signatures.candidates import Candidate
+
+Suspect = Candidate | Changed
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What is the same for every set: the logs to fit, and the scale of each channel's discrepancy."""
+
+    experiments: tuple[Experiment, ...]
+    scales: Array
+
+    def left(self, readings: Sequence[Array]) -> list[Array]:
+        """(measured − simulated) / noise of every log, windows × samples × channels; 0 where nothing was measured."""
+        return [residual(e, r).reshape(e.measured.shape) for e, r in zip(self.experiments, readings, strict=True)]
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A model with what it does on every log: `readings`, what they hang on (`unknowns`), and `jacobian`: d readings / dφ in units of the
+    noise, numbers × windows × samples × channels."""
+
+    model: Model
+    readings: tuple[Array, ...]
+    unknowns: tuple[Unknowns, ...]
+    jacobian: tuple[Array, ...]
+    discrepancy: Discrepancy
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """Gauss-Newton's normal at one point: precision and slope of ln p(y, φ), and its value."""
+
+    precision: Array
+    slope: Array
+    log_density: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A set of suspects with its model; `ended`: whether the fit has been taken to its end with sensitivities of its own."""
+
+    suspects: tuple[Suspect, ...]
+    at: Point
+    log_z: float
+    ended: bool
+
+    @property
+    def labels(self) -> frozenset[str]:
+        return frozenset(suspect.label for suspect in self.suspects)
+
+    @property
+    def model(self) -> Model:
+        return self.at.model
+
+
+def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> Posterior:
+    """The normal approximation at a point; `left`: its residuals where they are known better than from its readings."""
+    left = seen.left(point.readings) if left is None else left
+    rows = [np.concatenate([r[None], j]) for r, j in zip(left, point.jacobian, strict=True)]
+    found = weighed(seen.experiments, point.unknowns, rows, point.discrepancy)
+    prior, phi = prior_of(point.model), phi_of(point.model)
+    density = prior.log_density(phi) + log_prior(point.discrepancy, seen.scales) - 0.5 * (float(found.inner[0, 0]) + found.log_det)
+    return Posterior(found.inner[1:, 1:] + np.diag(prior.precision), found.inner[1:, 0] - prior.precision * phi, density)
+
+
+def evidence(at: Posterior, model: Model) -> float:
+    """ln Z of the normal approximation at a model."""
+    prior = prior_of(model)
+    return log_evidence(at.log_density, at.precision, at.slope, phi_of(model), prior.low, prior.high)
+
+
+def rediscovered(seen: Seen, point: Point, left: Sequence[Array] | None = None, near: bool = True) -> Discrepancy:
+    """The discrepancy at a point, from the one it has; `near` as for fitted_discrepancy."""
+    left = seen.left(point.readings) if left is None else left
+    return fitted_discrepancy(seen.experiments, left, point.unknowns, seen.scales, point.discrepancy, near)

@@ -1,0 +1,62 @@
+"""A set followed along straight lines: the fit that it would have if readings were linear, with the discrepancy found anew. No simulation.
+
+What a suspect explains is discrepancy no more, so its promise beside the old discrepancy is too small. Here constants, suspect and
+discrepancy answer each other as in a fit; the result says where the fit should start and what it may hope for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap.evidence.changed import Changed
+from gap.evidence.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered
+from gap.evidence.noise.noise_model import Discrepancy
+from gap.evidence.prior import phi_of, prior_of
+from gap.evidence.refinement import bounded
+from gap.evidence.screening import Promise
+from gap.fitting.model import Model
+
+_ROUNDS = 2  # of step and discrepancy
+
+
+@dataclass(frozen=True, slots=True)
+class StraightFit:
+    """Where straight lines lead, and ln Z there."""
+
+    model: Model
+    discrepancy: Discrepancy
+    log_z: float
+
+
+def followed(seen: Seen, base: Hypothesis, promise: Promise) -> StraightFit:
+    """The base's set with the suspect, as far as straight lines tell."""
+    suspect, model, jacobian = promise.suspect, base.model, base.at.jacobian
+    if isinstance(suspect, Changed):
+        model = suspect.freed(model)
+    else:
+        assert promise.signature is not None
+        model = model.with_effect(suspect.entry, suspect.free)
+        values = [
+            value if not any(np.any(c[k]) for c in promise.signature.columns) else suspect.free[k].start
+            for k, value in enumerate(promise.signature.values)
+        ]  # what does nothing alone stands where it was tried
+        model = model.with_theta(np.concatenate([base.model.theta, values]))
+        jacobian = tuple(np.concatenate(pair) for pair in zip(jacobian, promise.signature.columns, strict=True))
+    point, left = replace(base.at, model=model, jacobian=jacobian), seen.left(base.at.readings)
+    at = posterior(seen, point, left)
+    for _ in range(_ROUNDS):
+        prior, phi = prior_of(point.model), phi_of(point.model)
+        step = bounded(at.precision, at.slope, prior.low - phi, prior.high - phi)
+        left = [r - np.tensordot(step, j, 1) for r, j in zip(left, jacobian, strict=True)]
+        point = replace(point, model=point.model.with_theta(point.model.theta + step * point.model.scales))
+        before, point = point.discrepancy, _again(seen, point, left)
+        at = posterior(seen, point, left)
+        if np.allclose(np.log(point.discrepancy.sd), np.log(before.sd), atol=0.1):
+            break
+    return StraightFit(point.model, point.discrepancy, evidence(at, point.model))
+
+
+def _again(seen: Seen, point: Point, left: list[np.ndarray]) -> Point:
+    return replace(point, discrepancy=rediscovered(seen, point, left))

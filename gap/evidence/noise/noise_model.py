@@ -1,0 +1,72 @@
+"""Σ: what a right model may still be off by. White noise, one slow discrepancy a channel, every window's unknown start, and friction of
+another form.
+
+In units of the noise, with C from the discrepancy (ornstein_uhlenbeck), A what a window's own unknowns change and B what those do that all
+windows share (unknowns), Σ = C + A Aᵀ + η² B Bᵀ. Nothing is inverted: inner products of rows whitened by C, window by window,
+
+    G = [A B x]ᵀ C⁻¹ [A B x]        xᵀ Σ⁻¹ x = G_xx less what A (window by window), then B (all together) take of it
+
+are all that evidence, steps and screening need; log|Σ| = log|C| + Σ log|1 + G_AA| + log|1 + η² G_BB·A|.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.data.measured import Array
+from gap.data.windows import Experiment
+from gap.evidence.noise.ornstein_uhlenbeck import filter_of, sample_period_s
+from gap.evidence.noise.unknowns import Unknowns
+
+
+@dataclass(frozen=True, slots=True)
+class Discrepancy:
+    """What a right model leaves, one number a channel: `sd` δ in units of the channel's noise, `time_s` its correlation time T. `share` η:
+    standard deviation of the shares of friction that have another form."""
+
+    sd: Array
+    time_s: Array
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """`inner`: xᵀ Σ⁻¹ x of rows x over all windows and logs; `log_det`: log|Σ|."""
+
+    inner: Array
+    log_det: float
+
+
+def weighed(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
+    """`rows`: of every log, rows × windows × samples × channels in units of the noise, 0 where nothing was measured."""
+    grams, logs = [], 0.0
+    for e, known, own in zip(experiments, unknowns, rows, strict=True):
+        made = filter_of(np.isfinite(e.measured), discrepancy.sd, discrepancy.time_s, sample_period_s(e))
+        grams.append(gram(made.by_window((known.states, known.forms, own))))
+        logs += float(made.log_det.sum())
+    found = reduced(grams, [len(u.states) for u in unknowns], len(unknowns[0].forms), discrepancy.share)
+    return Weighed(found.inner, found.log_det + logs)
+
+
+def gram(white: Array) -> Array:
+    """Inner products of the rows of every window: windows × rows × values → windows × rows × rows."""
+    return np.asarray(np.matmul(white, white.transpose(0, 2, 1)))
+
+
+def reduced(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Weighed:
+    """Of rows that begin with `states` of a window's own and then `forms` shared ones: the others without what these take of them."""
+    width = grams[0].shape[1] - states[0]
+    total, log_det = np.zeros((width, width)), 0.0
+    for whole, n in zip(grams, states, strict=True):
+        root = np.linalg.cholesky(whole[:, :n, :n] + np.eye(n))
+        taken = np.linalg.solve(root, whole[:, :n, n:]).reshape(-1, whole.shape[1] - n)
+        total = total + whole[:, n:, n:].sum(axis=0) - taken.T @ taken
+        log_det += 2.0 * float(np.log(np.diagonal(root, axis1=1, axis2=2)).sum())
+    if not forms:
+        return Weighed(total, log_det)
+    root = np.linalg.cholesky(share**2 * total[:forms, :forms] + np.eye(forms))
+    taken = np.linalg.solve(root, share * total[:forms, forms:])
+    return Weighed(total[forms:, forms:] - taken.T @ taken, log_det + 2.0 * float(np.log(np.diag(root)).sum()))

@@ -1,0 +1,53 @@
+"""What the logs say of every suspect: shares of the posterior over sets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from gap.evidence.deciding_numbers import ALIKE_MASS
+from gap.evidence.search_state import EvidenceSearch
+
+
+@dataclass(frozen=True, slots=True)
+class Shares:
+    """Posterior share of every set, by its labels."""
+
+    of_set: Mapping[frozenset[str], float]
+
+    def of(self, label: str) -> float:
+        """P(suspect ∈ S)."""
+        return float(sum(share for labels, share in self.of_set.items() if label in labels))
+
+    @property
+    def none(self) -> float:
+        """P(S = ∅)."""
+        return self.of_set.get(frozenset(), 0.0)
+
+    def in_place_of(self, best: frozenset[str], label: str) -> list[tuple[str, float]]:
+        """The smallest group of suspects, exchangeable for `label` in the best set, that holds ALIKE_MASS of what the set has with any of
+        them, each with its share of that; `label` among them, the largest share first."""
+        rest = best - {label}
+        rivals = {next(iter(labels - rest)): share for labels, share in self.of_set.items() if rest < labels and len(labels) == len(best)}
+        total = sum(rivals.values())
+        found: list[tuple[str, float]] = []
+        held = 0.0
+        for name, share in sorted(rivals.items(), key=lambda item: -item[1]):
+            if held >= ALIKE_MASS * total and label in {n for n, _ in found}:
+                break
+            found.append((name, share / total))
+            held += share
+        return found
+
+
+def shares(search: EvidenceSearch) -> Shares:
+    """Over all sets met, those that only wait with what they promise."""
+    logs = {h.labels: search.log_mass(h) for h in search.fitted}
+    for waiting in search.waiting:
+        if search.known(waiting.labels) is None:
+            logs[waiting.labels] = max(logs.get(waiting.labels, -np.inf), search.log_hope(waiting))
+    total = logsumexp(list(logs.values()))
+    return Shares({labels: float(np.exp(value - total)) for labels, value in logs.items()})

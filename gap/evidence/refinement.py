@@ -1,0 +1,153 @@
+"""A set of suspects fitted to its end: Gauss-Newton on ln p(y, φ), the discrepancy found anew at every step.
+
+A simulation that is wrong leaves a large residual; the discrepancy grows with it, so that the data weigh little until the model is right.
+That is all the damping most fits need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gap.data.measured import Array
+from gap.evidence.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, evidence, posterior, rediscovered
+from gap.evidence.noise.noise_model import Discrepancy, weighed
+from gap.evidence.noise.unknowns import in_noise, linearised
+from gap.evidence.prior import phi_of, prior_of
+from gap.fitting.model import Model
+from gap.fitting.sensitivity import sensitivities
+from gap.fitting.simulate import remembering, simulate
+
+_STEPS = 5  # Gauss-Newton steps of one fit
+_DAMPINGS = (0.0, 0.1, 3.0, 100.0)  # Levenberg-Marquardt: of the precision's diagonal, until a step raises ln p
+_ENOUGH = 0.3  # of ln p: a step that gains less ends the fit
+MOST_PASSES = 5  # of fits with sensitivities taken anew
+_MOVES = (1e-3, 0.3)  # of a number's scale: narrowest and widest finite difference
+_SETTLED = 0.5  # of ln Z: a pass that gains less was the last
+_INVISIBLE = 0.05  # squared length in noise of what one prior standard deviation changes, below which a sensitivity is not renewed
+
+
+def opened(seen: Seen, model: Model, discrepancy: Discrepancy) -> Point:
+    """A model as it stands, all sensitivities taken."""
+    return _with_discrepancy(seen, _point(seen, model, [np.empty((0, *e.measured.shape)) for e in seen.experiments], discrepancy), False)
+
+
+def with_columns(seen: Seen, model: Model, known: Sequence[Array], discrepancy: Discrepancy) -> Point:
+    """The same with the first numbers' sensitivities known: `known`, one Jacobian a log. Only those of the other numbers are taken."""
+    return _with_discrepancy(seen, _point(seen, model, known, discrepancy), True)
+
+
+def descended(seen: Seen, point: Point, steps: int = _STEPS) -> Point:
+    """Gauss-Newton from a point, its sensitivities following by Broyden's update."""
+    for _ in range(steps):
+        further, gained = _step(seen, point, posterior(seen, point))
+        if further is None:
+            break
+        if gained < _ENOUGH:
+            return further
+        point = _with_discrepancy(seen, further, True)
+    return point
+
+
+def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point, ended: bool) -> Hypothesis:
+    """The evidence at a point, its start states marginalised about its own model."""
+    readings, unknowns = linearised(seen.experiments, point.model.vector())
+    point = _with_discrepancy(seen, replace(point, readings=readings, unknowns=unknowns), not ended)
+    return Hypothesis(suspects, point, evidence(posterior(seen, point), point.model), ended)
+
+
+def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> tuple[Seen, Hypothesis]:
+    """The fit with sensitivities of its own, taken anew until its evidence settles, or for some passes."""
+    best: Hypothesis | None = None
+    for _ in range(passes):
+        point = descended(seen, _renewed(seen, point))
+        vector = point.model.vector()
+        seen = replace(seen, experiments=tuple(remembering(e, vector) for e in seen.experiments))
+        found = hypothesis_of(seen, suspects, point, False)
+        gained, point = found.log_z - best.log_z if best else np.inf, found.at
+        best = found if best is None or gained > 0.0 else best
+        if gained < _SETTLED:
+            return seen, replace(best, ended=True)
+    assert best is not None
+    return seen, best if passes < MOST_PASSES else replace(best, ended=True)
+
+
+def _point(seen: Seen, model: Model, known: Sequence[Array], discrepancy: Discrepancy) -> Point:
+    readings, unknowns = linearised(seen.experiments, model.vector())
+    new = range(known[0].shape[0], len(model.free))
+    more = sensitivities(model, seen.experiments, new, readings)
+    jacobian = tuple(np.concatenate([k, in_noise(e, m)]) for e, k, m in zip(seen.experiments, known, more, strict=True))
+    return Point(model, readings, unknowns, jacobian, discrepancy)
+
+
+def _renewed(seen: Seen, point: Point) -> Point:
+    """Sensitivities taken anew where they show; a finite difference as wide as the posterior says how ln p bends there."""
+    at = posterior(seen, point)
+    widths = np.clip(np.sqrt(np.diag(np.linalg.inv(at.precision))), *_MOVES)
+    energy = sum(np.sum(j**2, axis=(1, 2, 3)) for j in point.jacobian)
+    numbers = [k for k, f in enumerate(point.model.free) if not f.prior or energy[k] > _INVISIBLE]
+    fresh = sensitivities(point.model, seen.experiments, numbers, point.readings, widths[numbers])
+    jacobian = []
+    for e, old, new in zip(seen.experiments, point.jacobian, fresh, strict=True):
+        own = old.copy()
+        own[numbers] = in_noise(e, new)
+        jacobian.append(own)
+    return replace(point, jacobian=tuple(jacobian))
+
+
+def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
+    return replace(point, discrepancy=rediscovered(seen, point, None, near))
+
+
+def _quadratic(seen: Seen, point: Point, readings: Sequence[Array]) -> float:
+    """rᵀ Σ⁻¹ r with Σ as it is."""
+    rows = [r[None] for r in seen.left(readings)]
+    return float(weighed(seen.experiments, point.unknowns, rows, point.discrepancy).inner[0, 0])
+
+
+def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]:
+    """The first damping with which a Gauss-Newton step raises ln p(y, φ) with Σ as it is; the point, and by how much."""
+    prior, phi = prior_of(point.model), phi_of(point.model)
+    size = np.diag(np.diag(at.precision))
+    before = prior.log_density(phi) - 0.5 * _quadratic(seen, point, point.readings)
+    for damping in _DAMPINGS:
+        step = bounded(at.precision + damping * size, at.slope, prior.low - phi, prior.high - phi)
+        moved = np.clip(phi + step, prior.low, prior.high)
+        model = point.model.with_theta(np.array([f.start + f.scale * m for f, m in zip(point.model.free, moved, strict=True)]))
+        vector = model.vector()
+        readings = tuple(simulate(e, [vector])[0] for e in seen.experiments)
+        after = prior.log_density(moved) - 0.5 * _quadratic(seen, point, readings)
+        if np.isfinite(after) and after > before:
+            jacobian = _followed(seen, point, readings, moved - phi)
+            return replace(point, model=model, readings=readings, jacobian=jacobian), after - before
+    return None, 0.0
+
+
+def _followed(seen: Seen, point: Point, readings: Sequence[Array], step: Array) -> tuple[Array, ...]:
+    """Broyden's update: the sensitivities that would have predicted this step, and else changed least."""
+    length = float(step @ step)
+    if length == 0.0:
+        return point.jacobian
+    found = []
+    for jacobian, old, new in zip(point.jacobian, seen.left(point.readings), seen.left(readings), strict=True):
+        missed = old - new - np.tensordot(step, jacobian, 1)
+        found.append(jacobian + step[:, None, None, None] * (missed / length))
+    return tuple(found)
+
+
+def bounded(precision: Array, slope: Array, low: Array, high: Array) -> Array:
+    """The step to the maximum within (low, high): numbers that would leave are put on the end, the others solved again."""
+    fixed = np.zeros(len(slope), dtype=bool)
+    step = np.zeros(len(slope))
+    for _ in range(len(slope) + 1):
+        open_ = ~fixed
+        right = slope[open_] - precision[np.ix_(open_, fixed)] @ step[fixed]
+        step[open_] = np.linalg.solve(precision[np.ix_(open_, open_)], right)
+        outside = open_ & ((step < low) | (step > high))
+        if not outside.any():
+            break
+        step[outside] = np.clip(step, low, high)[outside]
+        fixed |= outside
+    return step

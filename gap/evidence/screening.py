@@ -1,0 +1,159 @@
+"""The evidence that every suspect would add, from sensitivities alone: a Schur complement, no fit.
+
+About a fitted set with precision H and slope g of all its numbers, the columns s of a missing effect (what its parameters change in the
+readings, white) meet H through c = J s. With Λ their prior precision
+
+    M = Λ + sᵀs − cᵀH⁻¹c      b = sᵀr − cᵀH⁻¹g      ln Z grows by ½ bᵀM⁻¹b + ½ ln|Λ| − ½ ln|M|
+
+For a number of the rig file that may have changed the column is in J already: only its prior's precision falls from 1 to λ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from config.schema.effect_library import EFFECTS
+from gap.data.measured import Array
+from gap.evidence.changed import Changed
+from gap.evidence.hypothesis import Hypothesis, Seen, Suspect
+from gap.evidence.laplace import added
+from gap.evidence.noise.noise_model import weighed
+from gap.evidence.noise.unknowns import in_noise
+from gap.evidence.prior import phi_of, prior_of
+from gap.fitting.model import Model
+from gap.fitting.simulate import simulate
+from gap.signatures.candidates import Candidate
+from gap.signatures.screen import placed, points
+
+
+@dataclass(frozen=True, slots=True)
+class LinearSignature:
+    """What a missing effect changes, as straight lines from none of it: `columns` d readings / dφ of its parameters, one Jacobian a log (0
+    for those that do nothing alone). `values`: of its parameters where the lines were taken."""
+
+    suspect: Candidate
+    values: tuple[float, ...]
+    columns: tuple[Array, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Promise:
+    """What a suspect promises: ln Z of the set with it as far as straight lines tell, and the lines."""
+
+    suspect: Suspect
+    log_z: float
+    signature: LinearSignature | None = None
+
+
+def signatures_of(seen: Seen, base: Hypothesis, suspects: Sequence[Candidate]) -> list[LinearSignature]:
+    """A few simulations for every suspect, about the model of `base`: every parameter alone, and one of several at every start."""
+    tried = [(suspect, model) for suspect in suspects for model in points(suspect, base.model)]
+    vectors = [model.vector() for _, model in tried]
+    moved = [simulate(e, vectors) for e in seen.experiments]
+    changes = [
+        tuple(in_noise(e, m[k] - r) for e, m, r in zip(seen.experiments, moved, base.at.readings, strict=True)) for k in range(len(tried))
+    ]
+    found: list[LinearSignature] = []
+    for suspect in suspects:
+        own = [(model, change) for (other, model), change in zip(tried, changes, strict=True) if other is suspect]
+        found += _of_suspect(suspect, own)
+    return found
+
+
+def _of_suspect(suspect: Candidate, tried: Sequence[tuple[Model, tuple[Array, ...]]]) -> list[LinearSignature]:
+    """Of tries that move one parameter each a matrix of them all; of an effect with one parameter that can be none, one of every try."""
+    sizes = [k for k, free in enumerate(suspect.free) if free.key in EFFECTS[suspect.effect].neutral]
+    alone: dict[int, tuple[Model, tuple[Array, ...]]] = {}
+    found = []
+    if not suspect.free:  # the sign of a sensor: there or not
+        return [LinearSignature(suspect, (), tuple(part[None] for part in tried[0][1]))]
+    for model, change in tried:
+        values = model.theta[model.of_effect(model.added[-1])]
+        moved = [k for k in sizes if values[k] != suspect.free[k].start]
+        if len(sizes) < 2:
+            found.append(_signature(suspect, values, dict.fromkeys(moved, change)))
+        elif len(moved) == 1:
+            alone[moved[0]] = (model, change)
+    if len(sizes) > 1 and alone:
+        values = np.array([free.start for free in suspect.free])
+        for k, (model, _) in alone.items():
+            values[k] = model.theta[model.of_effect(model.added[-1])][k]
+        found.append(_signature(suspect, values, {k: change for k, (_, change) in alone.items()}))
+    return [s for s in found if any(np.any(part) for part in s.columns)]
+
+
+def _signature(suspect: Candidate, values: Array, changes: dict[int, tuple[Array, ...]]) -> LinearSignature:
+    logs = len(next(iter(changes.values()))) if changes else 0
+    columns = []
+    for log in range(logs):
+        shape = next(iter(changes.values()))[log].shape
+        own = np.zeros((len(suspect.free), *shape))
+        for k, change in changes.items():
+            own[k] = change[log] * suspect.free[k].scale / (values[k] - suspect.free[k].start)
+        columns.append(own)
+    return LinearSignature(suspect, tuple(float(v) for v in values), tuple(columns))
+
+
+class Screen:
+    """Suspects beside one fitted set."""
+
+    def __init__(self, seen: Seen, base: Hypothesis, signatures: Sequence[LinearSignature]) -> None:
+        at, left = base.at, seen.left(base.at.readings)
+        rows = [
+            np.concatenate([r[None], j, *(s.columns[n] for s in signatures)])
+            for n, (r, j) in enumerate(zip(left, at.jacobian, strict=True))
+        ]
+        inner = weighed(seen.experiments, at.unknowns, rows, at.discrepancy).inner
+        own = slice(1, 1 + len(base.model.free))
+        prior, phi = prior_of(base.model), phi_of(base.model)
+        self._base, self._inner, self._own = base, inner, own
+        self._inverse = np.linalg.inv(inner[own, own] + np.diag(prior.precision))
+        self._slope = inner[own, 0] - prior.precision * phi
+        ends = np.cumsum([own.stop, *(len(s.columns[0]) for s in signatures)])
+        self._rows = {id(s): np.arange(a, b) for s, a, b in zip(signatures, ends[:-1], ends[1:], strict=True)}
+
+    def missing(self, signature: LinearSignature) -> Promise:
+        """An effect that the model does not have; one of the signatures given."""
+        base, suspect = self._base, signature.suspect
+        rows = self._rows[id(signature)]
+        if not suspect.free:
+            inner, mixed = self._freed(rows)
+            return Promise(suspect, base.log_z + float(mixed[0] - 0.5 * inner[0, 0]), signature)
+        grown = base.model.with_effect(suspect.entry, suspect.free)
+        prior, number = prior_of(grown), len(base.model.free)
+        use = [k for k in range(len(suspect.free)) if any(np.any(c[k]) for c in signature.columns)]
+        inner, mixed = self._freed(rows[use])
+        weights, ends = prior.precision[number:][use], (prior.low[number:][use], prior.high[number:][use])
+        if len(use) == 1:
+            return Promise(suspect, base.log_z + added(inner[0, 0], mixed[0], ends[0][0], ends[1][0], weights[0])[1], signature)
+        m = inner + np.diag(weights)
+        gain = 0.5 * (mixed @ np.linalg.solve(m, mixed) + np.sum(np.log(weights)) - np.linalg.slogdet(m)[1])
+        return Promise(suspect, base.log_z + float(gain), signature)
+
+    def changed(self, suspect: Changed) -> Promise:
+        """A number of the model with a wider prior: the normal posterior under the one divided by that of the other."""
+        model = self._base.model
+        number = next(k for k, f in enumerate(model.free) if f.key == suspect.free.key)
+        wide = float(prior_of(suspect.freed(model)).precision[number])
+        mean = (model.theta[number] - suspect.free.start) / suspect.free.scale + float((self._inverse @ self._slope)[number])
+        less = (wide - 1.0) * float(self._inverse[number, number])
+        gain = 0.5 * (np.log(wide) - np.log1p(less) - (wide - 1.0) * mean**2 / (1.0 + less))
+        return Promise(suspect, self._base.log_z + float(gain))
+
+    def _freed(self, rows: Array) -> tuple[Array, Array]:
+        """sᵀs and sᵀr less what the constants do of them."""
+        cross = self._inner[rows, self._own]
+        inner = self._inner[np.ix_(rows, rows)] - cross @ self._inverse @ cross.T
+        return inner, np.asarray(self._inner[rows, 0] - cross @ (self._inverse @ self._slope))
+
+
+def start_of(base: Model, promise: Promise) -> Model:
+    """The set's model with the suspect where its signature was taken."""
+    if isinstance(promise.suspect, Changed):
+        return promise.suspect.freed(base)
+    assert promise.signature is not None
+    grown = base.with_effect(promise.suspect.entry, promise.suspect.free)
+    return placed(grown, promise.signature.values)

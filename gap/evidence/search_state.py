@@ -1,0 +1,72 @@
+"""What a search by evidence knows at one moment. Nothing in it changes: a stage takes a Search and returns another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from config.schema.rig import Rig
+from gap.evidence.changed import changeable
+from gap.evidence.hypothesis import Hypothesis, Seen, Suspect
+from gap.evidence.lines import StraightFit
+from gap.evidence.screening import LinearSignature, Promise
+from gap.signatures.candidates import candidates
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """A set that is not fitted from one of its two starts: `lines`, `base` and one more as straight lines tell. None where they were not
+    followed: then the promise beside the old discrepancy stands for them."""
+
+    base: Hypothesis
+    promise: Promise
+    lines: StraightFit | None
+
+    @property
+    def labels(self) -> frozenset[str]:
+        return self.base.labels | {self.promise.suspect.label}
+
+    @property
+    def log_z(self) -> float:
+        return max(self.promise.log_z, self.lines.log_z) if self.lines else self.promise.log_z
+
+
+@dataclass(frozen=True, slots=True)
+class EvidenceSearch:
+    """`nominal`: the rig file's own constants. `fitted`: every set fitted. `waiting`: sets that were not worth a fit so far.
+    `signatures`: of the effects that the rig file lacks, about its own constants."""
+
+    rig: Rig
+    channels: frozenset[str]
+    seen: Seen
+    nominal: Hypothesis
+    fitted: tuple[Hypothesis, ...]
+    waiting: tuple[Open, ...]
+    signatures: tuple[LinearSignature, ...]
+    log_odds: float  # of every suspect, before anything is seen
+
+    @property
+    def best(self) -> Hypothesis:
+        """The set with the most posterior mass."""
+        return max(self.fitted, key=self.log_mass)
+
+    @property
+    def null(self) -> Hypothesis:
+        """The set of none."""
+        return next(h for h in self.fitted if not h.suspects)
+
+    def log_mass(self, hypothesis: Hypothesis) -> float:
+        """ln π(S) Z of a fitted set, up to what all sets share."""
+        return hypothesis.log_z + len(hypothesis.suspects) * self.log_odds
+
+    def log_hope(self, waiting: Open) -> float:
+        """The same of a set that waits."""
+        return waiting.log_z + len(waiting.labels) * self.log_odds
+
+    def known(self, labels: frozenset[str]) -> Hypothesis | None:
+        """The fit of a set, if there is one."""
+        return next((h for h in self.fitted if h.labels == labels), None)
+
+    def suspects(self) -> list[Suspect]:
+        """All there are beside the best set."""
+        model = self.best.model
+        return [*candidates(model.rig, self.channels), *changeable(self.rig, self.nominal.model.free)]

@@ -1,0 +1,219 @@
+"""The search, as a list of stages; each takes what is known and returns what is known then.
+
+1. `refitted`: the constants alone, fitted to their end.
+2. `screened`: the signature of every effect that the rig file lacks, about its own constants.
+3. `grown`: the best set and one suspect more, best promise first, until none that waits could still overtake; then from the new best set.
+4. `exchanged`: the best set less one, and with another in its place: the same question asked of its neighbours.
+5. `settled`: whatever still has a share of the posterior is fitted with sensitivities of its own, since shares are compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gap.evidence.changed import Changed
+from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
+from gap.evidence.hypothesis import Hypothesis, Suspect, evidence, posterior
+from gap.evidence.lines import StraightFit, followed
+from gap.evidence.refinement import MOST_PASSES, descended, finished, hypothesis_of, with_columns
+from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
+from gap.evidence.search_state import EvidenceSearch, Open
+from gap.fitting.model import Model
+from gap.signatures.candidates import Candidate
+
+Tell = Callable[[str], None]
+Stage = Callable[[EvidenceSearch, Tell], EvidenceSearch]
+
+_FOLLOWED = 6  # best promises of a screening that are followed along straight lines
+_FEW_PASSES = 2  # of a fit whose sensitivities are taken anew, before it is known that its set keeps a share
+_PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
+_ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
+
+
+def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+    """The constants alone, from the rig file's own."""
+    at = search.nominal
+    seen, done = finished(search.seen, (), descended(search.seen, at.at), _FEW_PASSES)
+    tell(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
+    return replace(search, seen=seen, fitted=(done,))
+
+
+def screened(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+    """Signatures of everything the rig file lacks."""
+    lacking = [s for s in search.suspects() if isinstance(s, Candidate)]
+    tell(f"signatures of {len(lacking)} effects")
+    return replace(search, signatures=tuple(signatures_of(search.seen, search.nominal, lacking)))
+
+
+def grown(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+    """One suspect more, as long as the posterior grows with it."""
+    while len(search.best.suspects) < MOST_EFFECTS:
+        best = search.best
+        search = _decided(_widened(search, best), best, tell)
+        if search.best.labels == best.labels:
+            break
+        search = _ended(search, search.best)
+    return search
+
+
+def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+    """The best set's neighbours: one less, and another in its place. A better one is asked again."""
+    while search.best.suspects:
+        best = search.best
+        for suspect in best.suspects:
+            search = _less(search, best, suspect)
+            rest = search.known(best.labels - {suspect.label})
+            assert rest is not None
+            search = _decided(_widened(search, rest), best, tell)
+        if search.best.labels == best.labels:
+            break
+        search = grown(_ended(search, search.best), tell)
+    return search
+
+
+def _less(search: EvidenceSearch, best: Hypothesis, suspect: Suspect) -> EvidenceSearch:
+    """The best set without one of its suspects, fitted on from where that has led the constants: a fit that has stopped short of its
+    valley's floor must not sell the rest to whatever is added next."""
+    search = replace(search, fitted=_with(search.fitted, _fitted(search, tuple(s for s in best.suspects if s is not suspect), best)))
+    rest = search.known(best.labels - {suspect.label})
+    assert rest is not None
+    close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
+    return _ended(search, rest) if close and not rest.ended else search
+
+
+def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+    """Every set that holds a share of the posterior fitted with sensitivities of its own."""
+    while True:
+        top = search.log_mass(search.best)
+        unsure = [h for h in search.fitted if not h.ended and search.log_mass(h) > top + NEGLIGIBLE]
+        if not unsure:
+            return search
+        best = max(unsure, key=search.log_mass)
+        tell(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
+        search = _ended(search, best, MOST_PASSES)
+
+
+STAGES: tuple[Stage, ...] = (refitted, screened, grown, exchanged, settled)
+
+
+def _widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
+    """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
+    present = {h.labels for h in search.fitted} | {w.labels for w in search.waiting}
+    suspects = [s for s in _beside(search, base) if base.labels | {s.label} not in present]
+    known = {s.suspect.label for s in search.signatures}
+    new = [s for s in suspects if isinstance(s, Candidate) and s.label not in known]
+    signatures = [*search.signatures, *(signatures_of(search.seen, base, new) if new else [])]
+    search = replace(search, signatures=tuple(signatures))
+    own = {s.label for s in suspects}
+    of_these = [s for s in signatures if s.suspect.label in own]
+    waiting = [w for start in (base, _at_own_constants(search, base)) for w in _promised(search, start, of_these, suspects)]
+    return replace(search, waiting=(*search.waiting, *waiting))
+
+
+def _promised(search: EvidenceSearch, start: Hypothesis, signatures: Sequence[LinearSignature], suspects: Sequence[Suspect]) -> list[Open]:
+    """What every suspect promises beside one start; the best promises followed along straight lines."""
+    screen = Screen(search.seen, start, signatures)
+    promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]
+    best: dict[str, Promise] = {}
+    for promise in sorted(promises, key=lambda p: p.log_z):
+        best[promise.suspect.label] = promise
+    ranked = sorted(best.values(), key=lambda p: -p.log_z)
+    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None) for n, p in enumerate(ranked)]
+
+
+def _at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
+    """The set with the rig file's own constants, the suspects as fitted: where a missing effect has torn constants away, straight lines
+    from there lead nowhere."""
+    if not base.suspects:
+        return search.nominal
+    point = with_columns(search.seen, base.model.with_own_constants(), _own_columns(search, base), base.at.discrepancy)
+    return Hypothesis(base.suspects, point, evidence(posterior(search.seen, point), point.model), False)
+
+
+def _beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
+    """What may be added to a set: not what it has; nor an effect and the change of a number that is the same."""
+    at = replace(search, fitted=(base,))
+    return [s for s in at.suspects() if s.label not in base.labels]
+
+
+def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) -> StraightFit | None:
+    if promise.signature is not None and not promise.signature.suspect.free:
+        return None
+    return followed(search.seen, start, promise)
+
+
+def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell) -> EvidenceSearch:
+    """The waiting sets fitted, best promise first, until none that is left could hold a share of the posterior."""
+    asked: set[frozenset[str]] = set()
+    in_vain = 0
+    while search.waiting and in_vain < _PATIENCE:
+        first, before = max(search.waiting, key=search.log_hope), search.best.labels
+        if search.log_hope(first) < search.log_mass(search.best) + NEGLIGIBLE:
+            asked |= {first.labels}
+            if len(asked) > _ALWAYS or search.log_mass(search.best) <= search.log_mass(base):
+                break
+        rest = tuple(w for w in search.waiting if w is not first)
+        done = _refined(search, first)
+        tell(f"  {', '.join(sorted(done.labels))}: {done.log_z - base.log_z:+.1f} (promised {first.log_z - base.log_z:+.1f})")
+        search = replace(search, waiting=rest, fitted=_with(search.fitted, done))
+        in_vain = 0 if search.best.labels != before else in_vain + 1
+    if in_vain == _PATIENCE:  # promises that are better than every fit are not believed, and hold no share
+        top = search.log_mass(search.best)
+        search = replace(search, waiting=tuple(w for w in search.waiting if search.log_hope(w) <= top))
+    return search
+
+
+def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
+    """The set fitted from where straight lines lead."""
+    base, promise = chosen.base, chosen.promise
+    start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
+    discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
+    point = descended(search.seen, with_columns(search.seen, start, base.at.jacobian, discrepancy))
+    return hypothesis_of(search.seen, (*base.suspects, promise.suspect), point, False)
+
+
+def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarray]:
+    """Sensitivities about the rig file's own constants, with those of the set's effects as they are."""
+    constants = len(search.nominal.model.free)
+    return [np.concatenate([own, j[constants:]]) for own, j in zip(search.nominal.at.jacobian, base.at.jacobian, strict=True)]
+
+
+def _fitted(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> Hypothesis:
+    """A part of a fitted set, from where that stood."""
+    model, jacobian = _without(search, suspects, start)
+    point = descended(search.seen, with_columns(search.seen, model, jacobian, start.at.discrepancy))
+    return hypothesis_of(search.seen, suspects, point, False)
+
+
+def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> tuple[Model, list[np.ndarray]]:
+    model, keep = start.model, set(range(len(start.model.free)))
+    for gone in (s for s in start.suspects if s.label not in {k.label for k in suspects}):
+        if isinstance(gone, Changed):
+            own = next(f for f in search.nominal.model.free if f.key == gone.free.key)
+            number = next(k for k, f in enumerate(model.free) if f.key == own.key)
+            theta = model.theta.copy()
+            theta[number] = np.clip(theta[number], own.low, own.high)
+            model = replace(model, free=tuple(own if f.key == own.key else f for f in model.free), theta=theta)
+        else:
+            entry = next(e for e in model.added if (e.effect, e.where) == (gone.effect, gone.where))
+            keep -= set(start.model.of_effect(entry))
+            model = model.without_effect(entry)
+    return model, [j[sorted(keep)] for j in start.at.jacobian]
+
+
+def _ended(search: EvidenceSearch, hypothesis: Hypothesis, passes: int = _FEW_PASSES) -> EvidenceSearch:
+    """One set taken to its end, or towards it."""
+    _, done = finished(search.seen, hypothesis.suspects, hypothesis.at, passes)
+    better = done if done.log_z >= hypothesis.log_z else replace(hypothesis, ended=True)
+    return replace(search, fitted=(*(h for h in search.fitted if h.labels != better.labels), better))
+
+
+def _with(fitted: tuple[Hypothesis, ...], new: Hypothesis) -> tuple[Hypothesis, ...]:
+    """Each set once, at its best."""
+    old = next((h for h in fitted if h.labels == new.labels), None)
+    if old is not None and old.log_z > new.log_z:
+        return fitted
+    return (*(h for h in fitted if h is not old), new)

@@ -1,0 +1,90 @@
+"""From shares of the posterior and the judge to what is said: names with their probabilities, or why there are none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.data.windows import Experiment
+from gap.evidence.deciding_numbers import CONFIRMED, TENTATIVE, UNEXPLAINED
+from gap.evidence.hypothesis import Hypothesis, Suspect
+from gap.evidence.judge import predictive
+from gap.evidence.posterior import Shares, shares
+from gap.evidence.search_state import EvidenceSearch
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """One suspect of the best set. `probability`: P(suspect ∈ S); `alike`: other suspects exchangeable for it, with their shares."""
+
+    suspect: Suspect
+    probability: float
+    alike: tuple[tuple[str, float], ...]
+    confirmed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """The outcome in words. `chosen`: the set that is written; `judged`: ln p(hold-out) of the rig file, of constants alone, of the chosen
+    set."""
+
+    word: str
+    why: str
+    chosen: Hypothesis
+    names: tuple[Name, ...]
+    none: float  # P(S = ∅)
+    judged: Mapping[str, float]
+
+    @property
+    def confirmed(self) -> bool:
+        return all(n.confirmed for n in self.names) if self.names else self.word != "unknown" and self.none >= CONFIRMED
+
+
+def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
+    """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
+    found = shares(search)
+    chosen = search.null if found.none >= TENTATIVE else search.best
+    judged = {
+        "rig file": predictive(search.seen, search.nominal, held, known=True),
+        "constants": predictive(search.seen, search.null, held),
+    }
+    judged["chosen"] = predictive(search.seen, chosen, held) if chosen.suspects else judged["constants"]
+    names = tuple(_name(found, chosen, s, judged["chosen"] > judged["constants"]) for s in chosen.suspects)
+    word, why = _of_names(names, judged) if names else _of_none(search, found, judged, channels)
+    return Said(word, why, chosen, names, found.none, judged)
+
+
+def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: bool) -> Name:
+    probability = found.of(suspect.label)
+    group = found.in_place_of(chosen.labels, suspect.label)
+    alike = tuple((label, share) for label, share in group if label != suspect.label)
+    return Name(suspect, probability, alike, probability >= CONFIRMED and judge_agrees)
+
+
+def _of_names(names: Sequence[Name], judged: Mapping[str, float]) -> tuple[str, str]:
+    listed = " and ".join(f"{n.suspect.label} ({n.probability:.3g})" for n in names)
+    gain = judged["chosen"] - judged["constants"]
+    judge = f"the hold-out is {'more' if gain > 0 else 'less'} probable with it than with constants alone (ln {gain:+.1f})"
+    sets = [f"{{{', '.join([n.suspect.label, *(label for label, _ in n.alike)])}}}" for n in names if n.alike]
+    if sets:
+        return "ambiguous", f"These logs cannot tell apart {'; '.join(sets)}. Most probable: {listed}; {judge}."
+    return "named", f"{listed}; {judge}."
+
+
+def _of_none(search: EvidenceSearch, found: Shares, judged: Mapping[str, float], channels: Sequence[str]) -> tuple[str, str]:
+    left = unexplained(search, channels)
+    if left:
+        return "unknown", f"Neither constants nor any known effect explain {', '.join(left)}: more is left than honest models leave."
+    probable = f"that nothing is missing has a probability of {found.none:.3g}"
+    gain = judged["constants"] - judged["rig file"]
+    if gain <= np.log(1.0 / (1.0 - CONFIRMED)):
+        return "no_gap", f"The rig file predicts the hold-out as well as refitted constants do (ln {gain:+.1f}); {probable}."
+    return "parameter_mismatch", f"Other values of the rig's constants predict the hold-out better (ln {gain:+.1f}); {probable}."
+
+
+def unexplained(search: EvidenceSearch, channels: Sequence[str]) -> list[str]:
+    """Channels in which the constants' discrepancy is larger than its prior allows."""
+    ratio = search.null.at.discrepancy.sd / search.seen.scales
+    return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, ratio, strict=True) if r > UNEXPLAINED]

@@ -1,0 +1,123 @@
+"""The verdict of a finished search on the rig file as it is written, and what of the remainder that file keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from config.loading.load import LoadedRig
+from config.progress import Progress
+from gap.by_evidence import Decided
+from gap.data.data_check import DataProblem
+from gap.data.measured import Array, Measured
+from gap.fitting.evaluation import Evaluation, mean_cost
+from gap.fitting.model import Model
+from gap.outcome.steadiness import Steadiness, in_words, steadiness, unsteady
+from gap.outcome.written import ImprovedFile, Writer, changed, file_model, leanest
+from gap.remainder.kept_remainder import kept_remainder
+from gap.remainder.remainder import remainder, sentence
+from gap.search.search_state import GateSearch
+from gap.search.settings import Settings
+from gap.search.verdict import Verdict, verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Searched:
+    """A finished search with what it was given. `names`: the channels compared; `nominal`: the hold-out with the file as it was;
+    `decided`: what the evidence said, where it decided instead of the gates."""
+
+    loaded: LoadedRig
+    names: list[str]
+    state: GateSearch
+    nominal: tuple[Evaluation, ...]
+    problems: list[DataProblem]
+    logs: Sequence[Measured]
+    settings: Settings
+    progress: Progress
+    decided: Decided | None = None
+
+    @property
+    def refit(self) -> float:
+        """Cost of the hold-out with the best constants alone."""
+        return mean_cost(self.state.constants_only)
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedFile:
+    """The verdict on the written file; its text, with a table of the remainder if one is kept; what is left without a name.
+
+    `lean`: the model with the fewest changes that is as good, `steady`: its constants log by log, where they are the verdict.
+    """
+
+    word: Verdict
+    file: ImprovedFile
+    text: str
+    rest: dict[str, Any] | None
+    lean: Model
+    steady: list[Steadiness]
+
+
+def judged_file(done: Searched, half_width: Array) -> JudgedFile:
+    """`half_width`: 95 %, of every free number."""
+    state, progress = done.state, done.progress
+    draft = _draft(done)
+    lean = leanest(state, half_width, progress)
+    steady = steadiness(state, lean, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
+    writer = Writer(done.loaded, state, half_width, lean, done.nominal, progress)
+    word, file = (draft, writer.file(draft)) if done.decided else _judged(writer, draft, done.refit, in_words(unsteady(steady)))
+    file, text, rest = _with_remainder(writer, word, file, done)
+    if word.word == "unknown":
+        said_of_rest = f" {sentence(rest)}" if rest else ""
+        word = replace(word, why=f"{word.why} {_of_file(file, done.loaded)}{said_of_rest}")
+    return JudgedFile(word, file, text, rest, lean, steady)
+
+
+def _draft(done: Searched) -> Verdict:
+    """The verdict on the fitted model, before any file is written."""
+    fatal = [problem.text() for problem in done.problems if problem.fatal]
+    if fatal:
+        return Verdict("data_problem", f"Nothing is said about the plant: {'; '.join(fatal)}", False)
+    return done.decided.verdict if done.decided else verdict(done.state, mean_cost(done.nominal), done.refit, done.state.cost)
+
+
+def _judged(writer: Writer, draft: Verdict, refit: float, unsteady_words: str) -> tuple[Verdict, ImprovedFile]:
+    """The verdict on the file as it is written, and that file."""
+    file, word = writer.file(draft), draft
+    if draft.word not in ("unknown", "data_problem"):
+        word = verdict(writer.state, mean_cost(writer.nominal), refit, file.cost, unsteady_words)
+        if word.word == "unknown":  # what is written predicts a little worse than what was fitted
+            file = writer.file(word)
+    return word, file
+
+
+def _of_file(file: ImprovedFile, loaded: LoadedRig) -> str:
+    """What stands in the improved rig file where nothing can be named."""
+    if file.text == loaded.text:
+        return "The rig file is written unchanged: no other constants predict the hold-out better."
+    return f"The improved rig file has the best constants and no names: the hold-out is at {file.cost:.4g} noise floors with it."
+
+
+def _with_remainder(writer: Writer, word: Verdict, file: ImprovedFile, done: Searched) -> tuple[ImprovedFile, str, dict[str, Any] | None]:
+    """The file, its text with the remainder in it if that was asked for and is worth it, and the remainder with what became of it.
+
+    Constants that do a missing force's work as well as they can leave less room for its table: the file as it was is tried too."""
+    if word.word == "data_problem":
+        return file, file.text, None
+    files = [file, writer.unchanged()] if done.settings.keep_remainder and word.word == "unknown" and file.model.free else [file]
+    tried = [(one, *_kept(one, writer, done)) for one in files]
+    return min(tried, key=lambda one: _reached(one[0], one[2]))
+
+
+def _kept(file: ImprovedFile, writer: Writer, done: Searched) -> tuple[str, dict[str, Any] | None]:
+    rest = remainder(writer.nominal, file.seen, done.names, file_model(file.text).rig)
+    if rest is None or not done.settings.keep_remainder:
+        return file.text, rest | {"kept": None} if rest else None
+    text, kept = kept_remainder(file.text, writer.state, rest, file.seen, done.progress)
+    return text, rest | {"kept": kept}
+
+
+def _reached(file: ImprovedFile, rest: dict[str, Any] | None) -> float:
+    """Cost of the hold-out with the file and the table it may have."""
+    kept = rest["kept"] if rest else None
+    return float(kept["holdout_after"]) if kept and kept["kept"] else file.cost

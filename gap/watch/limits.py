@@ -1,0 +1,58 @@
+"""How far each number may go: what was asked for, else three prior standard deviations of its tag to either side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from config.errors import UsageError
+from config.parsing.nearest import nearest_text
+from config.units import to_si, written_unit
+from gap.outcome.file_units import FileUnits
+from gap.search.verdict import ALARM
+from gap.watch.watched import Watched
+
+
+@dataclass(frozen=True, slots=True)
+class NumberLimits:
+    """SI; infinite where there is none."""
+
+    low: float
+    high: float
+
+
+NONE = NumberLimits(-math.inf, math.inf)
+
+
+def limits_of(numbers: Sequence[Watched], asked: Sequence[str], units: FileUnits) -> dict[str, NumberLimits]:
+    """By name. `asked`: NAME=VALUE each, a bare number in the unit of the rig file; above the stated value it is an upper limit, below a
+    lower one. UsageError for a name that is not followed and for what is no quantity."""
+    found = {number.name: _own(number) for number in numbers}
+    by_name = {number.name: number for number in numbers}
+    stated: dict[str, NumberLimits] = {}
+    for one in asked:
+        name, equals, text = one.rpartition("=")
+        if name not in by_name or not equals:
+            known = f"{nearest_text(name or one, by_name)}" or f": one of {', '.join(by_name)}"
+            raise UsageError(f"no number of this name is followed{known}", value=one, where="--limit", next_step="Write NAME=VALUE.")
+        number, before = by_name[name], stated.get(name, NONE)
+        value = _value(text, number, units)
+        above = value > number.free.start
+        stated[name] = NumberLimits(before.low, value) if above else NumberLimits(value, before.high)
+    return found | stated
+
+
+def _own(number: Watched) -> NumberLimits:
+    """Of the rig file's prior; none on the other side of 0."""
+    start, way = number.free.start, ALARM * number.free.scale
+    low, high = start - way, start + way
+    return NumberLimits(low if low * start > 0.0 else -math.inf, high if high * start > 0.0 else math.inf)
+
+
+def _value(text: str, number: Watched, units: FileUnits) -> float:
+    unit = number.free.unit
+    if written_unit(text):
+        return to_si(text, unit)
+    shown = units.constant(number.free.key, unit)
+    return (to_si(text, unit) - shown.offset) / shown.factor

@@ -1,0 +1,115 @@
+"""Which runs a folder of logs holds, from the end of each file: its index, metadata, requests and events, not its cycles.
+
+A log that was cut has no index and one of another system no events: these are read whole.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.exceptions import McapError
+from mcap.reader import McapReader, make_reader
+
+from config.errors import LogError
+from recording.files.info import RunFacts, run_facts, why_invalid
+from recording.files.reader import log_bytes, read_log
+from recording.files.recordings import recordings
+from recording.files.writer import EVENT_TOPIC
+from recording.format.event import Event, decode_event
+
+ENDED_BEFORE = "the log ends before the run does"
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """One log. `begun`: when each run began to move, in UTC, by its number; `faults`: how many it holds."""
+
+    path: Path
+    rig_name: str
+    ended_by: str
+    complete: bool
+    runs: tuple[RunFacts, ...]
+    begun: dict[int, datetime]
+    faults: int
+
+
+def logs_in(places: Iterable[Path]) -> list[Path]:
+    """Every recording in these folders, by name, and the files themselves that are named. LogError for a place that is neither."""
+    found: list[Path] = []
+    for place in places:
+        if place.is_dir():
+            found += recordings(place)
+        elif place.is_file():
+            found.append(place)
+        else:
+            raise LogError("no such folder or log", where=str(place), next_step="Name the folder that the daemon writes its logs to.")
+    return list(dict.fromkeys(found))
+
+
+def recorded(path: Path) -> Recorded:
+    """What one log holds. LogError where it is none of ours or cannot be read."""
+    log_bytes(path)  # LogError for what is no MCAP file
+    try:
+        with path.open("rb") as file:
+            reader = make_reader(file)
+            if reader.get_summary() is not None:
+                return _from_end(path, reader)
+    except McapError:
+        pass  # no index that can be trusted: read it whole
+    return _from_rows(path)
+
+
+def _from_end(path: Path, reader: McapReader) -> Recorded:
+    metadata = {entry.name: entry.metadata for entry in reader.iter_metadata()}
+    about, closing = metadata.get("recording", {}), metadata.get("closing", {})
+    if about.get("kind") == "imported":
+        return _from_rows(path)
+    stamped = [(message.log_time, decode_event(message.data)) for _, _, message in reader.iter_messages(topics=[EVENT_TOPIC])]
+    events = [event for _, event in stamped]
+    requests = {entry.name: json.loads(entry.data) for entry in reader.iter_attachments() if entry.name.startswith("run-")}
+    if requests and not any(event.name == "run_started" for event in events):
+        return _from_rows(path)  # requests of runs that never began, or a log without events
+    begun = {int(event.values["run"]): _utc(stamp_ns) for stamp_ns, event in stamped if event.name == "run_started"}
+    complete = closing.get("complete") == "true"
+    return Recorded(
+        path, about.get("rig_name", ""), closing.get("ended_by", ""), complete, tuple(_runs(events, requests)), begun, _faults(events)
+    )
+
+
+def _runs(events: list[Event], requests: dict[str, Any]) -> Iterator[RunFacts]:
+    ended = {int(event.values["run"]): event for event in events if event.name == "run_ended"}
+    for start in (event for event in events if event.name == "run_started"):
+        number = int(start.values["run"])
+        request, end = requests.get(f"run-{number}.json", {}), ended.get(number)
+        reason = ENDED_BEFORE if end is None else why_invalid(end)
+        yield RunFacts(
+            number=number,
+            maneuver=request.get("maneuver", {}).get("name", "unknown"),
+            shaper=request.get("shaper", {}).get("kind", "unknown"),
+            start_t_s=start.t_s,
+            duration_s=(end if end is not None else events[-1]).t_s - start.t_s,
+            valid=not reason,
+            reason=reason,
+        )
+
+
+def _from_rows(path: Path) -> Recorded:
+    log = read_log(path)
+    about, closing, runs = log.metadata.get("recording", {}), log.metadata.get("closing", {}), run_facts(log)
+    rows = {run.number: int(np.searchsorted(log.columns["t_s"], run.start_t_s)) for run in runs}
+    begun = {number: _utc(int(log.time_ns[row])) for number, row in rows.items()}
+    return Recorded(path, about.get("rig_name", ""), closing.get("ended_by", ""), log.complete, tuple(runs), begun, _faults(log.events))
+
+
+def _faults(events: list[Event]) -> int:
+    return sum(event.name == "fault" for event in events)
+
+
+def _utc(stamp_ns: int) -> datetime:
+    return datetime.fromtimestamp(stamp_ns * 1e-9, UTC)

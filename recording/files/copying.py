@@ -1,0 +1,43 @@
+"""Copies what is whole of one log into another, record by record in the order of the source: times and order stay as they were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from config.errors import LogError
+from recording.files.reader import log_bytes
+from recording.files.scan import Attached, Damage, Entries, Message, Topic, scan
+from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC, SET_POINT_TOPIC, LogWriter
+from recording.format.event import decode_event
+from recording.format.layout import RecordLayout
+
+Keep = Callable[[Message | Attached | Entries], bool]
+
+
+def copy_records(source: Path, writer: LogWriter, layout: RecordLayout, keep: Keep) -> None:
+    """Of messages, attachments and metadata those that `keep` wants. What cannot be decoded is left out, as `read_log` does."""
+    topics: dict[int, str] = {}
+    for content in scan(log_bytes(source), Damage()):
+        if isinstance(content, Topic):
+            topics[content.channel_id] = content.name
+        elif not isinstance(content, (Message, Attached, Entries)) or not keep(content):
+            continue
+        elif isinstance(content, Entries):
+            writer.metadata(content.name, content.entries)
+        elif isinstance(content, Attached):
+            writer.attach(content.log_time_ns, content.name, content.media_type, content.data)
+        else:
+            _copy_message(writer, topics.get(content.channel_id, ""), content, layout.struct.size)
+
+
+def _copy_message(writer: LogWriter, topic: str, message: Message, size: int) -> None:
+    if topic == CYCLE_TOPIC and len(message.data) == size:
+        writer.cycle(message.log_time_ns, message.data)
+    elif topic == SET_POINT_TOPIC:
+        writer.set_point(message.log_time_ns, message.data)
+    elif topic == EVENT_TOPIC:
+        try:
+            writer.event(message.log_time_ns, decode_event(message.data))
+        except LogError:
+            return  # read_log has already put it into the report

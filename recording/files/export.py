@@ -1,0 +1,68 @@
+"""Writes the cycles of a log for other programs, by the file's ending: CSV, MATLAB (.mat) or Parquet. Every number keeps all its bits."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from config.errors import LogError
+from config.parsing.nearest import nearest_text
+from config.whole_file import whole_file
+from recording.files.reader import Column, Log
+
+Columns = Mapping[str, Column]
+
+
+def export(log: Log, out: str | Path, columns: Sequence[str] | None = None) -> int:
+    """Write `columns` (all by default; `t_s` always and first) and return the number of rows.
+
+    Raises LogError for a column the log does not have, an ending it does not know, or a file that cannot be written.
+    """
+    names = ["t_s", *(name for name in columns or log.columns if name != "t_s")]
+    for name in names:
+        if name not in log.columns:
+            advice = f"The log has: {', '.join(log.columns)}."
+            raise LogError(f"the log has no column {name!r}{nearest_text(name, log.columns)}", where=str(log.path), next_step=advice)
+    out = Path(out)
+    if out.suffix.lower() not in WRITERS:
+        raise LogError("this kind of file is not known", value=out.suffix, limit=", ".join(WRITERS), where=str(out), next_step="Change -o.")
+    _write(out, {name: log.columns[name] for name in names}, WRITERS[out.suffix.lower()])
+    return log.cycles
+
+
+def _write(out: Path, columns: Columns, writer: Callable[[Path, Columns], None]) -> None:
+    """Under a temporary name first."""
+    with whole_file(out, "table") as temporary:
+        writer(temporary, columns)
+
+
+def _csv(path: Path, columns: Columns) -> None:
+    """NaN is written as nan."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*(values.tolist() for values in columns.values()), strict=True))
+
+
+def _mat(path: Path, columns: Columns) -> None:
+    """A column vector each; MATLAB knows no dots in names, so `rotary.position` is `rotary_position`."""
+    from scipy.io import savemat  # slow to import, and only needed here
+
+    named = {re.sub(r"\W", "_", name): values for name, values in columns.items()}
+    with path.open("wb") as file:
+        savemat(file, named, oned_as="column", do_compression=True, long_field_names=True)
+
+
+def _parquet(path: Path, columns: Columns) -> None:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        advice = 'Install it with: pip install "longreach[parquet]"; or export .csv or .mat.'
+        raise LogError("Parquet needs the library pyarrow", where=str(path.parent), next_step=advice) from error
+    parquet.write_table(pyarrow.table(dict(columns)), path)
+
+
+WRITERS: Mapping[str, Callable[[Path, Columns], None]] = {".csv": _csv, ".mat": _mat, ".parquet": _parquet}

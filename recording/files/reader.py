@@ -1,0 +1,196 @@
+"""Reads a log, whole or cut, into numpy columns."""
+
+from __future__ import annotations
+
+import mmap
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from config.errors import LogError
+from config.loading.load import rig_from_text
+from config.schema.rig import Rig
+from config.whole_file import system_advice
+from recording.files.scan import MAGIC, Attached, Content, Damage, Entries, Message, SchemaText, Topic, scan
+from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC, SET_POINT_TOPIC
+from recording.format.event import Event, decode_event
+from recording.format.layout import RecordLayout
+from recording.format.set_point import StampedSetPoint, decode_set_point
+
+Column = npt.NDArray[Any]
+
+
+@dataclass(slots=True)
+class Log:
+    """One recording. `columns` are named and typed as in the record (`rotary.command_V`), one entry a cycle.
+
+    `time_ns` is each cycle's deadline on the wall clock (Unix ns). `complete` is true for a recording that was closed in order and
+    is undamaged; otherwise `cut_text` says in a sentence what is missing. `set_points`: of runs that were driven by hand.
+    """
+
+    path: Path
+    layout: RecordLayout
+    columns: dict[str, Column]
+    time_ns: npt.NDArray[np.int64]
+    events: list[Event]
+    attachments: dict[str, bytes]
+    metadata: dict[str, dict[str, str]]
+    complete: bool
+    cut_text: str
+    damage: Damage
+    set_points: list[StampedSetPoint] = field(default_factory=list)
+
+    @property
+    def cycles(self) -> int:
+        return len(self.time_ns)
+
+    @property
+    def kind(self) -> str:
+        """ "imported" for data of another system; "recorded" for our own."""
+        return self.metadata.get("recording", {}).get("kind", "recorded")
+
+    @property
+    def duration_s(self) -> float:
+        t = self.columns["t_s"]
+        return float(t[-1] - t[0]) if len(t) > 1 else 0.0
+
+
+def read_log(path: str | Path) -> Log:
+    """Everything that is whole in the file. Raises LogError when it is no log of longreach or holds no cycle definition."""
+    path = Path(path)
+    damage, gathered = Damage(), _Gathered()
+    for content in scan(log_bytes(path), damage):
+        gathered.take(content)
+    if gathered.layout is None:
+        raise _without_cycles(path, damage, gathered)
+    damage.sentences += gathered.problems
+    columns = _columns(gathered.payloads, gathered.layout)
+    complete = damage.closed and not damage.sentences and gathered.metadata.get("closing", {}).get("complete") == "true"
+    time_ns = np.array(gathered.times, dtype=np.int64)
+    cut_text = "" if complete else _cut_text(damage, columns, gathered.metadata)
+    return Log(
+        path, gathered.layout, columns, time_ns, gathered.events, gathered.attachments, gathered.metadata, complete, cut_text, damage,
+        gathered.set_points,
+    )  # fmt: skip
+
+
+def open_rig(log: Log) -> Rig:
+    """The rig as it was when the log was written, from the attachment rig.yaml."""
+    if "rig.yaml" not in log.attachments:
+        advice = "Logs of other systems have none; give the rig file with --rig where that is possible."
+        raise LogError("the log has no rig file inside", where=str(log.path), next_step=advice)
+    return rig_from_text(log.attachments["rig.yaml"].decode(), f"{log.path.name}:rig.yaml")
+
+
+def log_bytes(path: Path) -> bytes | memoryview:
+    """The file's bytes (mapped, not copied). Raises LogError for what is no MCAP file."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(64)
+            if head.startswith(MAGIC):
+                return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise LogError("the log cannot be opened", value=reason, where=str(path), next_step=system_advice(error)) from error
+    raise _not_a_log(path, head)
+
+
+@dataclass(slots=True)
+class _Gathered:
+    """What the scan has found so far."""
+
+    layout: RecordLayout | None = None
+    schemas: dict[int, SchemaText] = field(default_factory=dict)
+    cycle_channel: int = -1
+    event_channel: int = -1
+    set_point_channel: int = -1
+    payloads: list[bytes] = field(default_factory=list)
+    times: list[int] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    set_points: list[StampedSetPoint] = field(default_factory=list)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+
+    def take(self, content: Content) -> None:
+        if isinstance(content, Message):
+            self._take_message(content)
+        elif isinstance(content, SchemaText):
+            self.schemas[content.schema_id] = content
+        elif isinstance(content, Topic):
+            self._take_topic(content)
+        elif isinstance(content, Attached):
+            self.attachments[content.name] = content.data
+        elif isinstance(content, Entries):
+            self.metadata[content.name] = content.entries
+
+    def _take_message(self, message: Message) -> None:
+        if message.channel_id == self.cycle_channel and self.layout is not None:
+            if len(message.data) == self.layout.struct.size:
+                self.payloads.append(message.data)
+                self.times.append(message.log_time_ns)
+            else:
+                self.problems.append(f"a cycle record has {len(message.data)} bytes instead of {self.layout.struct.size}")
+        elif message.channel_id in (self.event_channel, self.set_point_channel):
+            try:
+                self._decode(message)
+            except LogError as error:
+                self.problems.append(str(error))
+
+    def _decode(self, message: Message) -> None:
+        if message.channel_id == self.event_channel:
+            self.events.append(decode_event(message.data))
+        else:
+            self.set_points.append(decode_set_point(message.data))
+
+    def _take_topic(self, topic: Topic) -> None:
+        schema = self.schemas.get(topic.schema_id)
+        if topic.name == EVENT_TOPIC:
+            self.event_channel = topic.channel_id
+        elif topic.name == SET_POINT_TOPIC:
+            self.set_point_channel = topic.channel_id
+        if topic.name != CYCLE_TOPIC or schema is None or self.layout is not None:
+            return
+        try:
+            self.layout = RecordLayout.from_schema(schema.text, schema.name)
+            self.cycle_channel = topic.channel_id
+        except LogError as error:
+            self.problems.append(str(error))
+
+
+def _columns(payloads: list[bytes], layout: RecordLayout) -> dict[str, Column]:
+    table = np.frombuffer(b"".join(payloads), dtype=layout.dtype)
+    return {field.name: np.ascontiguousarray(table[field.name]) for field in layout.fields}
+
+
+def _cut_text(damage: Damage, columns: dict[str, Column], metadata: dict[str, dict[str, str]]) -> str:
+    if not damage.sentences:
+        end = f"at t = {columns['t_s'][-1]:.3f} s" if len(columns["t_s"]) else "before its first cycle"
+        return f"This log was recovered: the recording had been cut {end}." if "recovered" in metadata else "The recording was not closed."
+    if not len(columns["t_s"]):
+        return f"The log was cut before its first cycle: {'; '.join(damage.sentences)}."
+    where = f"The log was cut at t = {columns['t_s'][-1]:.3f} s, after cycle {columns['cycle'][-1]}"
+    return f"{where}: {'; '.join(damage.sentences)}. Everything before is here; `longreach log recover` makes a whole file of it."
+
+
+def _not_a_log(path: Path, head: bytes) -> LogError:
+    if not head:
+        return LogError("the file is empty", where=str(path), next_step="Nothing was recorded into it.")
+    if path.suffix.lower() in (".csv", ".txt", ".tsv"):
+        return LogError("this is a table, not a log", where=str(path), next_step=f"Run `longreach import {path.name}` first.")
+    what = "this is not a log: the file does not start as an MCAP file"
+    return LogError(what, value=repr(head[:8]), where=str(path), next_step="Give a .mcap file that longreach wrote.")
+
+
+def _without_cycles(path: Path, damage: Damage, gathered: _Gathered) -> LogError:
+    if damage.closed:
+        what, advice = (
+            "this MCAP file was not written by longreach: it has no /cycle records",
+            "Give a log that longreach wrote or imported.",
+        )
+    else:
+        what, advice = "the log was cut before its first cycle", "There is nothing in it to recover."
+    return LogError(what, value="; ".join(gathered.problems), where=str(path), next_step=advice)

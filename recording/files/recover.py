@@ -1,0 +1,80 @@
+"""Makes a whole file of a log that a kill or a loss of power has cut, and says what was lost."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from config.errors import LogError
+from config.whole_file import replaced_when_done
+from recording.files.copying import copy_records
+from recording.files.reader import Log, read_log
+from recording.files.scan import MAGIC, Entries
+from recording.files.writer import LogWriter
+
+CRASH_WINDOW_S = 0.25  # the recorder flushes at least this often
+
+
+@dataclass(frozen=True, slots=True)
+class RecoverReport:
+    """What recover() found. `written` is None when the log was whole already and no file was written."""
+
+    source: Path
+    written: Path | None
+    cycles: int
+    events: int
+    end_t_s: float
+    missing_cycles: int
+    lost_bytes: int
+    sentences: tuple[str, ...]
+
+    def text(self) -> str:
+        if self.written is None:
+            return f"{self.source} is whole ({self.cycles} cycles); nothing to repair, no file written."
+        kept = f"{self.written}: {self.cycles} cycles and {self.events} events kept, up to t = {self.end_t_s:.3f} s."
+        lost = f"Lost: {self.lost_bytes} bytes of unfinished records at the end (at most the last {CRASH_WINDOW_S:.2f} s before the cut)"
+        inside = f", and {self.missing_cycles} cycles before that" if self.missing_cycles else ""
+        return f"{kept} {lost}{inside}. Found: {'; '.join(self.sentences) or 'the recording had not been closed'}."
+
+
+def recover(path: str | Path, out: str | Path) -> RecoverReport:
+    """Copy everything whole from `path` into a new file `out`, with index and closing records.
+
+    The new file appears under its name only when it is finished. Raises LogError when `out` exists or `path` holds no cycles.
+    """
+    source, target = Path(path), Path(out)
+    log = read_log(source)
+    if log.complete or "recovered" in log.metadata:
+        return _report(log, None)
+    if target.exists():
+        raise LogError("the file to write exists already", where=str(target), next_step="Choose another name; logs are never written over.")
+    report = _report(log, target)
+    with replaced_when_done(target) as temporary:
+        _copy(log, temporary, report)
+    return report
+
+
+def was_closed(path: Path) -> bool:
+    """Whether the file ends as a closed one does. Looks at the last bytes only, so a directory full of long logs takes no time."""
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(0, size - len(MAGIC)))
+        return size > len(MAGIC) and file.read() == MAGIC
+
+
+def _report(log: Log, written: Path | None) -> RecoverReport:
+    cycle = log.columns["cycle"].astype(np.int64)
+    missing = int(np.sum(np.diff(cycle) - 1)) if len(cycle) > 1 else 0
+    end = float(log.columns["t_s"][-1]) if log.cycles else float("nan")
+    lost = log.path.stat().st_size - log.damage.end_byte
+    return RecoverReport(log.path, written, log.cycles, len(log.events), end, missing, lost, tuple(log.damage.sentences))
+
+
+def _copy(log: Log, temporary: Path, report: RecoverReport) -> None:
+    writer = LogWriter(temporary, log.layout, {}, {})
+    copy_records(log.path, writer, log.layout, lambda content: not (isinstance(content, Entries) and content.name == "closing"))
+    writer.metadata("recovered", {"from": log.path.name, "what": report.text(), "lost_bytes": str(report.lost_bytes)})
+    writer.close(log.metadata.get("closing", {}) | {"complete": "false"})

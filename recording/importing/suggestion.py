@@ -1,0 +1,126 @@
+"""Proposes an import map from a table's column names: what each column probably is, in which unit, and why it was taken or left out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from config.errors import UnitError
+from config.units import to_si
+from recording.format.fields import Field
+from recording.format.layout import CycleLayout
+from recording.importing.table import SourceTable
+
+# Words of people who name columns, by the field of the log they mean; the first that fits counts.
+_WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("t_s", ("time", "t", "ts", "timestamp", "zeit", "sample", "clock")),
+    ("pressure_a_Pa", ("pa", "p1", "p_a", "pressurea", "piston", "chambera", "porta")),
+    ("pressure_b_Pa", ("pb", "p2", "p_b", "pressureb", "annulus", "rodside", "chamberb", "portb")),
+    ("supply_pressure_Pa", ("ps", "psupply", "supply", "pump", "pp")),
+    ("return_pressure_Pa", ("pt", "pr", "preturn", "return", "tank")),
+    ("supply_temperature_C", ("temperature", "temp", "oil")),
+    ("reference", ("ref", "reference", "setpoint", "desired", "demand", "soll")),
+    ("command_V", ("u", "command", "cmd", "valve", "voltage", "volt", "input", "spool", "drive", "xv")),
+    ("velocity", ("velocity", "speed", "v", "rate", "omega")),
+    ("position", ("position", "pos", "x", "y", "q", "angle", "theta", "stroke", "displacement", "extension", "length", "ist")),
+)
+_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_ ]((?:k|M|m|u)?(?:s|m|V|Pa|bar|psi|rad|deg|in|ft|degC|C|mrad))(?:$)", re.IGNORECASE)
+_RENAMED = {"C": "degC", "°C": "degC", "°": "deg", "sec": "s", "grad": "deg"}
+_KINDS = {"s": "t_s", "Pa": "pressure", "V": "command_V", "degC": "temperature", "m": "position", "rad": "position"}
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """One column of the table: the field of the log it is taken for (empty: none), its unit, and the reason."""
+
+    source: str
+    field: str
+    unit: str
+    why: str
+
+
+def suggested_map(table: SourceTable, name: str, rig: str, joints: dict[str, str]) -> str:
+    """The text of a map file: every column once, under `columns` or `ignored`, each with the reason. `joints`: name → rotary or linear."""
+    guesses = guess(table, joints)
+    taken = [one for one in guesses if one.field]
+    lines = [
+        "longreach: map/1",
+        f"name: {re.sub(r'[^a-z0-9_]', '_', name.lower()) if name[:1].isalpha() else 'table'}",
+        "description: proposed from the column names; look at every line before you trust it",
+        *([f"rig: {rig}"] if rig else []),
+        f"joints: {{{', '.join(f'{joint}: {motion}' for joint, motion in joints.items())}}}",
+        "columns:",
+        *(f"  {one.field}: {{source: {_quoted(one.source)}{f', unit: {one.unit}' if one.unit else ''}}}  # {one.why}" for one in taken),
+    ]
+    left = [one for one in guesses if not one.field]
+    if left:
+        lines += ["ignored:", *(f"  - {_quoted(one.source)}  # {one.why}" for one in left)]
+    return "\n".join(lines) + "\n"
+
+
+def guess(table: SourceTable, joints: dict[str, str]) -> list[Guess]:
+    """What every column of the table is taken for, in the table's order; no field of the log twice."""
+    fields = {field.name: field for field in CycleLayout(tuple(joints), list(joints.values())).fields}
+    taken: set[str] = set()
+    found = []
+    for source in table.columns:
+        one = _one(source, fields, joints)
+        if one.field and one.field in taken:
+            one = Guess(source, "", "", f"{one.field} is taken already")
+        taken.add(one.field)
+        found.append(one)
+    return found
+
+
+def _one(source: str, fields: dict[str, Field], joints: dict[str, str]) -> Guess:
+    if source in fields:
+        return Guess(source, source, "", "the log's own name")
+    bare, unit = _without_unit(source)
+    words = _words(bare)
+    joint = next((name for name in joints if name in words), next(iter(joints)))
+    field = _meant(words, unit)
+    whole = field if field in ("", "t_s") else f"{joint}.{field}"
+    if not whole:
+        return Guess(source, "", "", "nothing in its name says what it is")
+    own = fields[whole].unit
+    if unit and not _converts(unit, own):
+        return Guess(source, "", "", f"by its name {whole}, but {unit} is no unit of it ({own})")
+    why = f"by its name{'' if unit else f'; no unit in it, {own} assumed: check'}"
+    return Guess(source, whole, unit or own, why)
+
+
+def _meant(words: Sequence[str], unit: str) -> str:
+    kind = next((kind for si, kind in _KINDS.items() if unit and _converts(unit, si)), "")
+    joined = {"".join(pair) for pair in pairwise(words)} | set(words)
+    fitting = [field for field, known in _WORDS if joined & set(known) and (not kind or kind in field or field in ("reference",))]
+    return fitting[0] if fitting else (kind if kind in ("t_s", "command_V", "position") else "")
+
+
+def _without_unit(source: str) -> tuple[str, str]:
+    """Name and unit of `Druck A [bar]`, `pos_mm`, `u (V)`; the unit empty where none can be read."""
+    found = _UNIT.search(source)
+    if not found:
+        return source, ""
+    text = found[1] or found[2]
+    unit = _RENAMED.get(text, text)
+    known = any(_converts(unit, si) for si in (*_KINDS, "m/s", "rad/s", "m/s^2"))
+    return (source[: found.start()], unit) if known else (source, "")
+
+
+def _words(name: str) -> list[str]:
+    """`rodPos_A` → rod, pos, a."""
+    return re.findall(r"[a-z]+\d*|\d+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+
+
+def _converts(unit: str, si: str) -> bool:
+    try:
+        to_si(f"1 {unit}", si)
+    except UnitError:
+        return False
+    return True
+
+
+def _quoted(source: str) -> str:
+    return source if re.fullmatch(r"[A-Za-z][\w.]*", source) else '"' + source.replace('"', '\\"') + '"'

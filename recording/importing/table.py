@@ -1,0 +1,24 @@
+"""A table that was read: named columns of numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class SourceTable:
+    """Columns of floats by name; an empty cell is NaN. `lines` holds each row's line in the file."""
+
+    path: Path
+    columns: dict[str, Floats]
+    lines: npt.NDArray[np.int64]
+
+    @property
+    def rows(self) -> int:
+        return len(self.lines)

@@ -1,0 +1,88 @@
+"""States put where a measurement says they are, with what goes with them: the sensors' lags and delay lines."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_backend.memory.compiled import released
+from sim_backend.memory.layout import (
+    D_STRIDE,
+    RING,
+    S_START,
+    S_STRIDE,
+    SENSOR_START,
+    SENSOR_STRIDE,
+    SLOTS,
+    C,
+    D,
+    S,
+    Target,
+    TrueSignal,
+    Vector,
+    X,
+)
+
+Array = NDArray[np.float64]
+
+
+@released
+def _move_readings(x: Vector, p: Vector, signal: int, change: float) -> None:
+    """Move the lag and delay line of the sensors of one signal with the state they measure."""
+    for number in range(int(p[C.SENSORS])):
+        if int(p[S_START + number * S_STRIDE + S.SIGNAL]) == signal:
+            at = SENSOR_START + number * SENSOR_STRIDE
+            x[at] += change
+            for k in range(RING):
+                x[at + 3 + k] += change
+
+
+@released
+def move(x: Vector, p: Vector, state: int, change: float) -> None:
+    """Move one differential state, and what goes with it."""
+    x[state] += change
+    for slot in range(SLOTS):
+        if state == slot * D_STRIDE + D.POSITION:
+            x[slot * D_STRIDE + D.ACTUATOR_POSITION] += change
+            _move_readings(x, p, TrueSignal.POSITION + slot, change)
+            _move_readings(x, p, TrueSignal.SECOND_POSITION + slot, change)
+        if state == slot * D_STRIDE + D.VELOCITY:
+            x[slot * D_STRIDE + D.ACTUATOR_VELOCITY] += change
+    if state == X.SHAPE_1:
+        _move_readings(x, p, TrueSignal.TIP_DEFLECTION, change)
+
+
+@released
+def _true_motion(p: Vector, signal: int, targets: Array, row: int, columns: tuple[int, int], period_s: float) -> tuple[float, float]:
+    """True value and rate at a row, as far as the model knows the sensor: what a late sensor shows later is true now."""
+    factor, offset, shift = 1.0, 0.0, 0.0
+    for number in range(int(p[C.SENSORS])):
+        q = S_START + number * S_STRIDE
+        if int(p[q + S.SIGNAL]) == signal:
+            factor = p[q + S.POLARITY] * p[q + S.SCALE]
+            offset = p[q + S.OFFSET] + p[q + S.BIAS]
+            shift = min(p[q + S.DELAY] / period_s, targets.shape[0] - 2.0 - row)
+    later, (column, rate_column) = row + int(shift), columns
+    part = shift - int(shift)
+    value = (1.0 - part) * targets[later, column] + part * targets[later + 1, column]
+    rate = (1.0 - part) * targets[later, rate_column] + part * targets[later + 1, rate_column]
+    return (value - offset) / factor, rate / factor
+
+
+@released
+def correct(x: Vector, p: Vector, targets: Array, row: int, period_s: float) -> None:
+    """Put the measured states where the measurement says they are."""
+    for slot in range(SLOTS):
+        if not np.isnan(targets[row, Target.POSITION + slot]):
+            columns = Target.POSITION + slot, Target.VELOCITY + slot
+            position, velocity = _true_motion(p, TrueSignal.POSITION + slot, targets, row, columns, period_s)
+            if np.isnan(position):
+                continue
+            move(x, p, slot * D_STRIDE + D.POSITION, position - x[slot * D_STRIDE + D.POSITION])
+            move(x, p, slot * D_STRIDE + D.VELOCITY, velocity - x[slot * D_STRIDE + D.VELOCITY])
+    if p[C.BENDING_STIFFNESS] > 0.0 and not np.isnan(targets[row, Target.TIP_DEFLECTION]):
+        columns = Target.TIP_DEFLECTION + 0, Target.TIP_DEFLECTION_RATE + 0
+        value, rate = _true_motion(p, TrueSignal.TIP_DEFLECTION, targets, row, columns, period_s)
+        if not np.isnan(value):
+            move(x, p, X.SHAPE_1, value - x[X.SHAPE_1])
+            x[X.SHAPE_1_RATE] = rate

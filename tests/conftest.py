@@ -1,0 +1,25 @@
+"""Tests marked `clock` have the machine for themselves: a daemon or twin on the wall clock whose cycles or time-outs they judge.
+
+Everything else waits on conditions with limits of seconds, also where it starts processes, and runs beside other tests.
+"""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import settings
+
+from tests.support.machine.pauses import Pauses
+
+settings.register_profile("any machine", deadline=None)  # how long an example takes says more of the machine than of the code
+settings.load_profile("any machine")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Pauses())
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.get_closest_marker("device_clock"):  # acts within milliseconds, or the driver calls it silent
+            item.add_marker("clock")

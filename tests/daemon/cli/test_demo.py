@@ -1,0 +1,109 @@
+"""The demo ends with its table whatever the machine does to its runs, and is strict with a rig that has hardware."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from config.errors import DaemonError, ManeuverError
+from config.loading.load import load_rig
+from daemon.cli.demo import demo_runs
+from daemon.cli.demo.demo_runs import DemoRuns
+from daemon.cli.main import main
+from daemon.host import wake_ups
+from daemon.host.wake_ups import Machine, Wishes
+from recording.files.reader import read_log
+
+WISHES = Wishes(rate_Hz=1000.0, spin_s=150e-6, priority=80, cpu=None, window_s=1.0, stop_after=20, fault_late_s=0.05)
+GOOD = Machine(WISHES, 2000, 5e-6, 30e-6, 60e-6, 0.002, 3, 2, ())
+REQUESTS = {"jog": {"maneuver": {"name": "jog"}}, "again": {"maneuver": {"name": "jog"}}}
+
+
+class Said:
+    """A screen that remembers."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def say(self, line: str) -> None:
+        self.lines.append(line)
+
+    def status(self, status: dict[str, Any]) -> None: ...
+
+    def share(self, elapsed_s: float, duration_s: float) -> None: ...
+
+
+def overrun(*arguments: Any) -> Path:
+    raise DaemonError("a demo run is not valid", value="loop timing (loop): 20 overruns (limit 0 to 19)")
+
+
+@pytest.mark.parametrize(
+    ("machine", "keeps"),
+    [
+        (GOOD, True),
+        (replace(GOOD, in_window=10), False),  # half of what stops a run: a minute sees worse seconds than these two
+        (replace(GOOD, largest_s=0.03), False),
+    ],
+)
+def test_the_wall_clock_needs_a_machine_with_a_margin(machine: Machine, keeps: bool) -> None:
+    assert machine.keeps_rate is keeps
+
+
+def test_the_machine_is_measured_in_a_process_that_asks_for_the_rigs_wishes() -> None:
+    found = wake_ups.measure(load_rig("ornl_testbed").rig.loop)
+    assert found.cycles == 2000
+    assert found.wishes == WISHES
+    assert 0 <= found.in_window <= 21
+    assert f"{found.overruns} overruns" in found.text()
+
+
+def test_a_spoiled_run_and_the_rest_are_made_in_lockstep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(demo_runs, "wall_clock_run", overrun)
+    said = Said()
+    runs = DemoRuns(load_rig("ornl_testbed"), tmp_path, said)
+    runs.run(REQUESTS)
+    assert runs.clocks == {"jog": "lockstep", "again": "lockstep"}
+    assert list(runs.spoiled) == ["jog"]
+    assert "20 overruns" in runs.spoiled["jog"]
+    assert any("20 overruns" in line for line in said.lines)
+    assert all(read_log(log).complete for log in runs.logs.values())
+
+
+def test_a_rig_with_hardware_is_never_made_up_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(demo_runs, "wall_clock_run", overrun)
+    with pytest.raises(DaemonError, match="20 overruns"):
+        DemoRuns(load_rig("ornl_testbed_can"), tmp_path, Said()).run(REQUESTS)
+
+
+def test_a_maneuver_that_the_rig_cannot_run_is_no_fault_of_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*arguments: Any) -> Path:
+        raise ManeuverError("outside the workspace")
+
+    monkeypatch.setattr(demo_runs, "wall_clock_run", refuse)
+    with pytest.raises(ManeuverError):
+        DemoRuns(load_rig("ornl_testbed"), tmp_path, Said()).run(REQUESTS)
+
+
+@pytest.mark.slow
+def test_on_a_machine_that_is_late_it_ends_with_its_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(wake_ups, "measure", lambda loop: replace(GOOD, in_window=21, overruns=40))
+    assert main(["demo", "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "does not keep 1000 Hz" in said
+    assert "adaptive" in said
+    assert said.index("tip vibration") < said.index("seen:") < said.index("next:")
+    assert said.count("longreach") >= 3
+
+
+@pytest.mark.slow
+def test_for_scripts_it_says_which_clock(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--lockstep", "--out", str(tmp_path), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert set(answer["clock"].values()) == {"lockstep"}
+    assert answer["spoiled"] == {}

@@ -1,0 +1,74 @@
+"""What makes a computer late, read from a made-up /proc and /sys: found, with what to do, and silent where the system says nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from daemon.host.causes import causes, stolen_ticks
+
+CPU = "sys/devices/system/cpu"
+
+
+def computer(root: Path, files: dict[str, str]) -> Path:
+    for name, text in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text + "\n")
+    return root
+
+
+LAPTOP = {
+    f"{CPU}/cpu0/cpufreq/scaling_governor": "powersave",
+    f"{CPU}/cpu1/cpufreq/scaling_governor": "performance",
+    f"{CPU}/cpu0/cpuidle/state0/name": "POLL",
+    f"{CPU}/cpu0/cpuidle/state0/latency": "0",
+    f"{CPU}/cpu0/cpuidle/state3/name": "C6",
+    f"{CPU}/cpu0/cpuidle/state3/latency": "133",
+    f"{CPU}/smt/active": "1",
+    "proc/cpuinfo": "flags\t: fpu vme",
+    "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "16",
+}
+
+
+def test_each_cause_has_its_value_and_what_to_do(tmp_path: Path) -> None:
+    found = {cause.name: cause for cause in causes(computer(tmp_path, LAPTOP))}
+    assert found["governor"].value == "performance, powersave"
+    assert "cpupower" in found["governor"].next_step
+    assert found["idle states"].value == "C6 133 us"
+    assert "/dev/cpu_dma_latency" in found["idle states"].next_step
+    assert "smt/control" in found["hardware threads"].next_step
+    assert "16 ms" in found["USB adapter ttyUSB0"].value
+    assert "sys/bus/usb-serial/devices/ttyUSB0/latency_timer" in found["USB adapter ttyUSB0"].next_step
+    assert found["hypervisor"].value == "none"
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ({f"{CPU}/cpu0/cpufreq/scaling_governor": "performance"}, "governor"),
+        ({f"{CPU}/cpu0/cpuidle/state3/latency": "2"}, "idle states"),
+        ({"dev/cpu_dma_latency": ""}, "idle states"),
+        ({f"{CPU}/smt/active": "0"}, "hardware threads"),
+        ({"sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "1"}, "USB adapter ttyUSB0"),
+    ],
+)
+def test_where_nothing_is_wrong_there_is_nothing_to_do(tmp_path: Path, change: dict[str, str], name: str) -> None:
+    found = {cause.name: cause for cause in causes(computer(tmp_path, LAPTOP | change))}
+    assert found[name].next_step == ""
+
+
+def test_a_virtual_machine_says_what_its_host_took(tmp_path: Path) -> None:
+    root = computer(
+        tmp_path, {"proc/cpuinfo": "flags\t: fpu hypervisor", "proc/stat": "cpu 10 0 20 60 0 0 0 10 0 0\ncpu0 5 0 10 30 0 0 0 5"}
+    )
+    assert stolen_ticks(root) == (10, 100)
+    found = {cause.name: cause for cause in causes(root, stolen=0.1)}
+    assert "10.0 % of the time" in found["hypervisor"].value
+    assert "idle states" in found
+    assert found["governor"].next_step == ""
+
+
+def test_a_system_that_says_nothing_is_no_error(tmp_path: Path) -> None:
+    assert stolen_ticks(tmp_path) == (0, 1)
+    assert causes(tmp_path)

@@ -1,0 +1,120 @@
+"""What cannot carry a verdict is refused, with the channel, the place and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from config.errors import EXIT_UNUSABLE_DATA, LogError
+from gap.data.data_check import check, same_maneuver
+from gap.data.measured import Measured, load
+from gap.find import find
+from tests.support.gap import axis_logs
+
+Columns = axis_logs.Columns
+
+
+@pytest.fixture(scope="module")
+def columns() -> Columns:
+    return axis_logs.simulated(axis_logs.axis_rig(), 1, 6.0)
+
+
+def refusal(tmp_path: Path, first: Path, holdouts: list[Path]) -> str:
+    model = tmp_path / "axis.yaml"
+    model.write_text(axis_logs.axis_text())
+    with pytest.raises(LogError) as caught:
+        find(model, [first], holdouts, tmp_path / "out", lambda line: None)
+    assert caught.value.exit_status == EXIT_UNUSABLE_DATA
+    assert not (tmp_path / "out").exists()
+    return str(caught.value)
+
+
+def test_one_log_only(tmp_path: Path, columns: Columns) -> None:
+    text = refusal(tmp_path, axis_logs.write(tmp_path / "a.csv", columns), [])
+    assert "no hold-out log" in text
+    assert "--holdout" in text
+
+
+def test_hold_out_is_the_fit_log(tmp_path: Path, columns: Columns) -> None:
+    log = axis_logs.write(tmp_path / "a.csv", columns)
+    copy = axis_logs.write(tmp_path / "b.csv", columns)
+    assert "the hold-out log is a fit log" in refusal(tmp_path, log, [copy])
+
+
+def spoiled(tmp_path: Path, columns: Columns, change: object) -> str:
+    bad = axis_logs.write(tmp_path / "bad.csv", columns, change)  # type: ignore[arg-type]
+    return refusal(tmp_path, bad, [axis_logs.write(tmp_path / "good.csv", columns)])
+
+
+def test_no_excitation(tmp_path: Path, columns: Columns) -> None:
+    still = {"t_s": columns["t_s"], "axis.position": 0.1 + 0 * columns["t_s"], "axis.command_V": 0 * columns["t_s"]}
+    assert "no joint moves" in spoiled(tmp_path, columns, lambda c: still)
+
+
+def test_locked_joint(tmp_path: Path, columns: Columns) -> None:
+    text = spoiled(tmp_path, columns, lambda c: c | {"axis.position": 0.1 + 0 * c["t_s"]})
+    assert "axis.position" in text
+    assert "does not change although axis.command_V spans" in text
+
+
+def test_stuck_channel(tmp_path: Path, columns: Columns) -> None:
+    def stick(c: Columns) -> Columns:
+        position, command = c["axis.position"].copy(), c["axis.command_V"].copy()
+        position[2000:4500], command[2000:4500] = position[2000], 4.0
+        return c | {"axis.position": position, "axis.command_V": command}
+
+    text = spoiled(tmp_path, columns, stick)
+    assert "stuck channel" in text
+    assert "from t = 2.00" in text
+    assert f"{tmp_path / 'bad.csv'}@FROM:TO" in text
+
+
+def test_millimetres_for_metres(tmp_path: Path, columns: Columns) -> None:
+    text = spoiled(tmp_path, columns, lambda c: c | {"axis.position": 1000 * c["axis.position"]})
+    assert "wrong unit, swapped channel or another rig" in text
+
+
+def test_another_rigs_log(tmp_path: Path, columns: Columns) -> None:
+    other = {name.replace("axis.", "boom."): values for name, values in columns.items()}
+    text = spoiled(tmp_path, columns, lambda c: other)
+    assert "axis.command_V" in text
+
+
+def test_time_gap_and_jitter_are_named_and_survived(tmp_path: Path, columns: Columns) -> None:
+    keep = np.ones(len(columns["t_s"]), dtype=bool)
+    keep[3000:3400] = False
+    log = load(axis_logs.write(tmp_path / "gap.csv", {name: values[keep] for name, values in columns.items()}), axis_logs.axis_rig())
+    problems = [p.text() for p in check([log], axis_logs.axis_rig())]
+    assert any("gap of 0.400 s from t = 3.000 s" in text for text in problems)
+    assert log.missing.sum() == 400
+
+
+def test_a_reversed_sensor_is_a_warning(tmp_path: Path, columns: Columns) -> None:
+    slow = np.cumsum(columns["axis.command_V"]) * 2e-6
+    turned = columns | {"axis.position": 0.1 - slow + slow.mean()}
+    log = load(axis_logs.write(tmp_path / "turned.csv", turned), axis_logs.axis_rig())
+    problems = check([log], axis_logs.axis_rig())
+    assert any("moves against its command" in p.what and not p.fatal for p in problems)
+
+
+def test_no_steady_rate(tmp_path: Path, columns: Columns) -> None:
+    rng = np.random.default_rng(0)
+    keep = np.sort(rng.permutation(len(columns["t_s"]))[:2000])
+    text = spoiled(tmp_path, columns, lambda c: {name: values[keep] for name, values in c.items()})
+    assert "@FROM:TO" in text or "too few windows are left" in text
+
+
+def test_1_V_and_2_V_are_two_maneuvers_and_a_noisy_repeat_is_one(tmp_path: Path, columns: Columns) -> None:
+    rig, noise = axis_logs.axis_rig(), np.random.default_rng(5)
+    command = np.repeat([0.0, 1.0, -1.0, 0.0, 1.0, 0.0], 1000)
+
+    def log(name: str, volts: np.ndarray) -> Measured:
+        return load(axis_logs.write(tmp_path / f"{name}.csv", columns | {"axis.command_V": volts}), rig)
+
+    one, two = log("one", command), log("two", 2.0 * command)
+    assert not same_maneuver(one, two)
+    assert not same_maneuver(one, log("other", -command))
+    assert same_maneuver(one, log("again", command + 0.01 * noise.standard_normal(command.size)))
+    assert same_maneuver(two, log("offset", 2.0 * command + 0.1))

@@ -1,0 +1,113 @@
+"""Σ in O(n) against the same Σ as a dense matrix: determinant, quadratic form, products with columns, missing samples,
+unknowns of every window and shared ones."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from gap.evidence.noise.discrepancy import fitted_discrepancy
+from gap.evidence.noise.noise_model import Discrepancy, weighed
+from gap.evidence.noise.ornstein_uhlenbeck import filter_of
+from gap.evidence.noise.unknowns import Unknowns
+
+PERIOD_S = 0.003
+
+
+class Plan:
+    """What the noise model asks of a log's plan."""
+
+    every, period_s, rows = 3, 0.001, 60
+
+
+class Log:
+    """What the noise model asks of an experiment."""
+
+    def __init__(self, measured: NDArray[np.float64], sigma: NDArray[np.float64]) -> None:
+        self.measured, self.sigma, self.plan, self.windows = measured, sigma, Plan(), len(measured)
+
+
+def dense(there: NDArray[np.bool_], sd: float, time_s: float) -> NDArray[np.float64]:
+    """1 + δ² exp(−|t − t'| / T) of the samples that are there."""
+    t = PERIOD_S * np.flatnonzero(there)
+    return np.asarray(np.eye(len(t)) + sd**2 * np.exp(-np.abs(t[:, None] - t[None, :]) / time_s))
+
+
+@pytest.mark.parametrize("sd", [0.0, 0.05, 1.0, 40.0])
+@pytest.mark.parametrize("time_s", [0.001, 0.02, 3.0])
+def test_filter_is_a_square_root_of_the_dense_covariance(sd: float, time_s: float) -> None:
+    draw = np.random.default_rng(3)
+    there = draw.random((4, 25, 2)) > 0.3
+    there[1], there[2, :, 0] = True, False  # a whole window, and one with a channel that was never measured
+    made = filter_of(there, np.array([sd, 0.7]), np.array([time_s, 0.01]), PERIOD_S)
+    rows = np.where(there, draw.normal(size=(3, 4, 25, 2)), 0.0)
+    white = made.by_window((rows[:1], rows[1:])).reshape(4, 3, 25, 2).transpose(1, 0, 2, 3)
+    for w in range(4):
+        for c, (own_sd, own_time) in enumerate(((sd, time_s), (0.7, 0.01))):
+            covariance = dense(there[w, :, c], own_sd, own_time)
+            assert made.log_det[w, c] == pytest.approx(np.linalg.slogdet(covariance)[1], abs=1e-9)
+            own = rows[:, w, there[w, :, c], c]
+            np.testing.assert_allclose(white[:, w, :, c] @ white[:, w, :, c].T, own @ np.linalg.solve(covariance, own.T), atol=1e-8)
+
+
+def log(draw: np.random.Generator) -> tuple[Any, Unknowns]:
+    """Five windows, two channels, some samples missing; three unknowns of each window and two that all share."""
+    measured = draw.normal(size=(5, 20, 2))
+    measured[0, 3:6, 1] = measured[2, 0, 0] = np.nan
+    there = np.isfinite(measured)
+    states, forms = (np.where(there, draw.normal(size=(n, 5, 20, 2)), 0.0) for n in (3, 2))
+    return Log(measured, np.array([0.5, 2.0])), Unknowns(states, forms)
+
+
+def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix() -> None:
+    draw = np.random.default_rng(5)
+    logs, unknowns = zip(*(log(draw) for _ in range(2)), strict=True)
+    discrepancy = Discrepancy(np.array([0.8, 3.0]), np.array([0.03, 0.006]), 0.7)
+    rows = [np.where(np.isfinite(e.measured), draw.normal(size=(4, *e.measured.shape)), 0.0) for e in logs]
+    made = weighed(logs, unknowns, rows, discrepancy)
+    blocks, flat, forms = [], [], []
+    for e, known, own in zip(logs, unknowns, rows, strict=True):
+        for w in range(5):
+            there = np.isfinite(e.measured[w])
+            full = np.zeros((40, 40))
+            for c in range(2):
+                at = 2 * np.flatnonzero(there[:, c]) + c
+                full[np.ix_(at, at)] = dense(there[:, c], float(discrepancy.sd[c]), float(discrepancy.time_s[c]))
+            a, keep = known.states[:, w].reshape(3, 40), there.ravel()
+            blocks.append((full + a.T @ a)[np.ix_(keep, keep)])
+            flat.append(own[:, w].reshape(4, 40)[:, keep])
+            forms.append(known.forms[:, w].reshape(2, 40)[:, keep])
+    x, b = np.concatenate(flat, axis=1), np.concatenate(forms, axis=1)
+    covariance = block_diag(*blocks) + 0.7**2 * b.T @ b
+    np.testing.assert_allclose(made.inner, x @ np.linalg.solve(covariance, x.T), rtol=1e-9, atol=1e-9)
+    assert made.log_det == pytest.approx(np.linalg.slogdet(covariance)[1])
+
+
+def test_a_drawn_share_of_friction_of_another_form_is_found_again() -> None:
+    """Shares of 1, −1, 1 … drawn through known columns, white noise otherwise: their scale is about 1."""
+    draw = np.random.default_rng(9)
+    forms = 3.0 * draw.normal(size=(8, 30, 20, 1))
+    left = draw.normal(size=(30, 20, 1)) + np.tensordot(np.tile([1.0, -1.0], 4), forms, 1)
+    unknowns = Unknowns(np.zeros((0, 30, 20, 1)), forms)
+    start = Discrepancy(np.array([1.0]), np.array([0.03]), 0.01)
+    found = fitted_discrepancy([cast(Any, Log(left, np.ones(1)))], [left], [unknowns], np.array([25.0]), start)
+    assert found.sd[0] < 0.3
+    assert 0.4 < found.share < 1.2  # the prior draws it towards 0
+
+
+@pytest.mark.parametrize(("sd", "time_s"), [(2.0, 0.02), (0.0, 0.03), (20.0, 0.05)])
+def test_a_drawn_discrepancy_is_found_again(sd: float, time_s: float) -> None:
+    """Residuals drawn with NumPy from the dense covariance; 60 windows of 60 samples know δ to a tenth."""
+    draw = np.random.default_rng(7)
+    root = np.linalg.cholesky(dense(np.ones(60, dtype=bool), sd, time_s))
+    left = root @ draw.normal(size=(60, 60, 1))
+    none = Unknowns(np.zeros((0, 60, 60, 1)), np.zeros((0, 60, 60, 1)))
+    start = Discrepancy(np.array([5.0]), np.array([0.03]), 0.3)
+    found = fitted_discrepancy([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), start)
+    assert found.sd[0] == pytest.approx(sd, rel=0.15, abs=0.15)
+    if sd > 1.0:
+        assert found.time_s[0] == pytest.approx(time_s, rel=0.35)

@@ -1,0 +1,66 @@
+"""What is followed on shipped rigs, under which names, how far it may move, and where its limits are."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from config.errors import UsageError
+from config.loading.load import LoadedRig, load_rig
+from gap.fitting.nuisance import nuisances
+from gap.outcome.file_units import FileUnits
+from gap.watch.limits import NumberLimits, limits_of
+from gap.watch.watched import Watched, watched, with_wide_priors
+
+
+def of(loaded: LoadedRig) -> list[Watched]:
+    return watched(loaded.rig, nuisances(loaded, frozenset()))
+
+
+@pytest.fixture(scope="module")
+def cylinder() -> LoadedRig:
+    return load_rig("analogue_axis")
+
+
+def test_friction_leakage_valve_and_oil_of_a_cylinder_are_followed(cylinder: LoadedRig) -> None:
+    assert {number.name for number in of(cylinder)} == {
+        "axis.coulomb_friction.friction", "axis.stiction.excess", "axis.viscous_friction.coefficient", "axis.valve_lag.time_constant",
+        "axis.cross_leakage.conductance", "axis.rated_flow", "oil.bulk_modulus",
+    }  # fmt: skip
+
+
+def test_a_fit_may_go_where_wear_goes_and_other_constants_keep_their_priors(cylinder: LoadedRig) -> None:
+    free = nuisances(cylinder, frozenset())
+    numbers = watched(cylinder.rig, free)
+    for number in numbers:
+        assert number.wide.scale == pytest.approx(0.5 * number.free.start)
+        assert number.wide.low <= number.free.low < number.free.high <= number.wide.high
+    leak = next(number for number in numbers if number.name == "axis.cross_leakage.conductance")
+    assert (leak.wide.low, leak.wide.high > 10 * leak.free.start) == (0.0, True)
+    followed = {number.free.key for number in numbers}
+    wide = with_wide_priors(free, numbers)
+    assert [item for item in wide if item.key not in followed] == [item for item in free if item.key not in followed]
+
+
+def test_limits_are_three_standard_deviations_of_the_tag(cylinder: LoadedRig) -> None:
+    """[C] is 20 %; a bound on the other side of 0 is none."""
+    found = limits_of(of(cylinder), [], FileUnits(cylinder.text))
+    friction = found["axis.coulomb_friction.friction"]
+    assert (friction.low, friction.high) == (pytest.approx(0.4 * 321.6), pytest.approx(1.6 * 321.6))
+    assert all(limit.low > 0.0 and math.isfinite(limit.high) for limit in found.values())
+
+
+def test_limits_are_given_in_any_unit_and_bare_in_that_of_the_file(cylinder: LoadedRig) -> None:
+    asked = ["axis.rated_flow=15 lpm", "axis.rated_flow=25", "oil.bulk_modulus=0.9", "axis.coulomb_friction.friction=0.5 kN"]
+    found = limits_of(of(cylinder), asked, FileUnits(cylinder.text))
+    flow, modulus, friction = (found[asked.partition("=")[0]] for asked in asked[1:])
+    assert (flow.low, flow.high) == (pytest.approx(15e-3 / 60), pytest.approx(25e-3 / 60))
+    assert modulus == NumberLimits(pytest.approx(0.9e9), math.inf)
+    assert friction == NumberLimits(-math.inf, 500.0)
+
+
+@pytest.mark.parametrize("asked", ["axis.rated_flows=15 lpm", "axis.rated_flow", "plant.joints.axis.mass=3 kg"])
+def test_a_limit_of_something_else_is_refused(asked: str, cylinder: LoadedRig) -> None:
+    with pytest.raises(UsageError, match="no number of this name is followed: "):
+        limits_of(of(cylinder), [asked], FileUnits(cylinder.text))

@@ -1,0 +1,268 @@
+"""Reading whole, cut and altered logs: all that is whole comes back exactly, nothing is invented, and the text says where the cut is."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from config.errors import LogError
+from recording.files.reader import Log, open_rig, read_log
+from recording.files.recover import recover
+from recording.files.writer import LogWriter
+from recording.format.layout import CycleLayout
+from tests.support.recording import logs
+
+ZSTD_FRAME = b"\x28\xb5\x2f\xfd"
+
+
+@dataclass(frozen=True, repr=False)
+class Whole:
+    """Bytes and rows of a closed log with attachments; `second_frame` is the byte where its second chunk's data start."""
+
+    content: bytes
+    table: list[list[float]]
+
+    @property
+    def second_frame(self) -> int:
+        return self.content.index(ZSTD_FRAME, self.content.index(ZSTD_FRAME) + 4)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
+    path = tmp_path_factory.mktemp("log") / "whole.mcap"
+    table = logs.write(path, 300, flush_every=50, rig__yaml=b"longreach: rig/1\n", note__txt=b"x" * 400)
+    return Whole(path.read_bytes(), table)
+
+
+def assert_rows(log: Log, table: list[list[float]]) -> None:
+    layout = CycleLayout(logs.JOINTS)
+    for number, field in enumerate(layout.fields):
+        written = np.array([row[number] for row in table], dtype=layout.dtype[field.name])
+        assert np.array_equal(log.columns[field.name], written, equal_nan=field.ros_type == "float64"), field.name
+
+
+def test_every_number_comes_back(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    table = logs.write(path, 500, rig__yaml=b"abc")
+    log = read_log(path)
+    assert_rows(log, table)
+    assert log.complete
+    assert log.cut_text == ""
+    assert log.attachments == {"rig.yaml": b"abc"}
+    assert log.metadata["recording"]["rig_name"] == "bench"
+    assert log.metadata["closing"] == {"grade": "A", "cycles": "500", "complete": "true"}
+    assert [event.cycle for event in log.events] == [50, 150, 250, 350, 450]
+    assert log.time_ns[3] == logs.START_NS + 3_000_000
+    assert log.duration_s == pytest.approx(0.499)
+
+
+def test_a_log_that_was_not_closed_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    table = logs.write(path, 200, close=False)
+    log = read_log(path)
+    assert_rows(log, table)
+    assert not log.complete
+    assert log.cut_text == (
+        "The log was cut at t = 0.199 s, after cycle 199: the file ends without having been closed. "
+        "Everything before is here; `longreach log recover` makes a whole file of it."
+    )
+
+
+def _refused(path: Path) -> bool:
+    try:
+        read_log(path)
+    except LogError:
+        return True
+    return False
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_cut_at_any_byte(whole: Whole, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    content, table = whole.content, whole.table
+    length = data.draw(st.integers(0, len(content) - 1))
+    path = tmp_path_factory.getbasetemp() / "cut.mcap"
+    path.write_bytes(content[:length])
+    if length < whole.second_frame and _refused(path):
+        return  # cut before its first cycles reached the file
+    log = read_log(path)
+    assert not log.complete
+    assert log.cut_text.startswith("The log was cut")
+    assert log.cycles % 50 == 0
+    assert_rows(log, table[: log.cycles])
+    assert set(log.attachments.items()) <= {("rig.yaml", b"longreach: rig/1\n"), ("note.txt", b"x" * 400)}
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_any_altered_byte_is_noticed(whole: Whole, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    """One flipped byte before the end record: either refused, or reported, and every row that is given is a row that was written."""
+    content, table = whole.content, whole.table
+    end_of_data = content.rindex(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00")
+    at = data.draw(st.integers(8, end_of_data - 1))
+    flipped = bytearray(content)
+    flipped[at] ^= data.draw(st.integers(1, 255))
+    path = tmp_path_factory.getbasetemp() / "flipped.mcap"
+    path.write_bytes(bytes(flipped))
+    if _refused(path):
+        return
+    log = read_log(path)
+    assert not log.complete
+    kept = [table[int(cycle)] for cycle in log.columns["cycle"]]
+    assert_rows(log, kept)
+
+
+@pytest.mark.parametrize("tail", [b"\x00" * 8192, b"\xff" * 8192, b"\x06" + b"\xff" * 100])
+def test_a_tail_of_nonsense_after_a_loss_of_power(whole: Whole, tmp_path: Path, tail: bytes) -> None:
+    """File systems may leave blocks of zeros or old data where the last writes should be."""
+    path = tmp_path / "a.mcap"
+    path.write_bytes(whole.content[: len(whole.content) // 2] + tail)
+    log = read_log(path)
+    assert 0 < log.cycles < 300
+    assert not log.complete
+    assert_rows(log, whole.table[: log.cycles])
+
+
+def test_a_damaged_chunk_costs_only_its_own_rows(whole: Whole, tmp_path: Path) -> None:
+    flipped = bytearray(whole.content)
+    flipped[whole.second_frame + 2000] ^= 0xFF
+    path = tmp_path / "a.mcap"
+    path.write_bytes(bytes(flipped))
+    log = read_log(path)
+    assert log.cycles == 250
+    assert list(log.columns["cycle"][49:51]) == [49, 100]
+    assert "a chunk" in log.cut_text
+    assert "it was left out" in log.cut_text
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "text"),
+    [
+        ("a.mcap", b"", "the file is empty. Nothing was recorded into it."),
+        ("a.mcap", b"SQLite format 3\x00", "this is not a log: the file does not start as an MCAP file: b'SQLite f'. Give a .mcap file"),
+        ("d.csv", b"t_s,x\n0,1\n", "this is a table, not a log. Run `longreach import d.csv` first."),
+        ("a.mcap", b"\x89MCAP0\r\n", "the log was cut before its first cycle. There is nothing in it to recover."),
+    ],
+)
+def test_wrong_files_are_refused_with_the_next_step(tmp_path: Path, name: str, content: bytes, text: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(LogError) as caught:
+        read_log(path)
+    assert text in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_a_missing_file_and_a_directory(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="the log cannot be opened: No such file or directory"):
+        read_log(tmp_path / "none.mcap")
+    with pytest.raises(LogError, match="the log cannot be opened: Is a directory"):
+        read_log(tmp_path)
+
+
+def test_another_program_s_mcap_is_refused(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    path = tmp_path / "other.mcap"
+    writer = Writer(str(path))
+    writer.start()
+    channel = writer.register_channel("/odom", "json", writer.register_schema("Odom", "jsonschema", b"{}"))
+    writer.add_message(channel, 0, b"{}", 0)
+    writer.finish()
+    with pytest.raises(LogError, match="this MCAP file was not written by longreach: it has no /cycle records"):
+        read_log(path)
+
+
+def test_lz4_and_plain_chunks_are_read_too(tmp_path: Path) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    layout = CycleLayout(logs.JOINTS)
+    table = logs.rows(layout, 20)
+    for kind in (CompressionType.LZ4, CompressionType.NONE):
+        path = tmp_path / f"{kind.name}.mcap"
+        writer = Writer(str(path), compression=kind)
+        writer.start()
+        channel = writer.register_channel(
+            "/cycle", "cdr", writer.register_schema(layout.schema_name, "ros2msg", layout.schema_text.encode())
+        )
+        for row in table:
+            writer.add_message(channel, 0, layout.pack(row), 0)
+        writer.finish()
+        assert_rows(read_log(path), table)
+
+
+def test_a_log_without_rig_says_so(tmp_path: Path) -> None:
+    logs.write(tmp_path / "a.mcap", 100)
+    with pytest.raises(LogError, match="the log has no rig file inside"):
+        open_rig(read_log(tmp_path / "a.mcap"))
+
+
+def test_an_existing_recording_is_never_written_over(tmp_path: Path) -> None:
+    logs.write(tmp_path / "a.mcap", 100)
+    before = (tmp_path / "a.mcap").read_bytes()
+    with pytest.raises(LogError, match=r"the log exists already\. Choose another name; recordings are never written over."):
+        LogWriter(tmp_path / "a.mcap", CycleLayout(("axis",)), {}, {})
+    assert (tmp_path / "a.mcap").read_bytes() == before
+
+
+def test_one_minute_at_1_kHz_is_read_fast(tmp_path: Path) -> None:
+    layout = CycleLayout(logs.JOINTS)
+    packed = layout.pack(logs.rows(layout, 1)[0])
+    writer = LogWriter(tmp_path / "a.mcap", layout, {}, {})
+    for k in range(60_000):
+        writer.cycle(k, packed)
+    writer.close({})
+    best = min(_seconds_to_read(tmp_path / "a.mcap") for _ in range(3))
+    assert best < 2.0  # 0.3 s seen on an idle machine
+
+
+def _seconds_to_read(path: Path) -> float:
+    start = time.perf_counter()
+    assert read_log(path).cycles == 60_000
+    return time.perf_counter() - start
+
+
+def test_recover_of_a_cut_log(whole: Whole, tmp_path: Path) -> None:
+    content, table = whole.content, whole.table
+    (tmp_path / "cut.mcap").write_bytes(content[: len(content) * 2 // 3])
+    report = recover(tmp_path / "cut.mcap", tmp_path / "good.mcap")
+    log = read_log(tmp_path / "good.mcap")
+    assert report.cycles == log.cycles == 200
+    assert log.damage.sentences == []
+    assert_rows(log, table[:200])
+    assert log.attachments["note.txt"] == b"x" * 400
+    assert log.cut_text == "This log was recovered: the recording had been cut at t = 0.199 s."
+    assert log.metadata["recovered"]["from"] == "cut.mcap"
+    assert report.text().startswith(f"{tmp_path / 'good.mcap'}: 200 cycles and 2 events kept, up to t = 0.199 s. Lost: ")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["cut.mcap", "good.mcap"]
+    from mcap.reader import make_reader
+
+    with (tmp_path / "good.mcap").open("rb") as file:
+        assert sum(1 for _ in make_reader(file).iter_messages(["/cycle"])) == 200
+
+
+def test_recover_has_nothing_to_do_for_a_whole_log(whole: Whole, tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").write_bytes(whole.content)
+    report = recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
+    assert report.text() == f"{tmp_path / 'a.mcap'} is whole (300 cycles); nothing to repair, no file written."
+    assert not (tmp_path / "b.mcap").exists()
+
+
+def test_a_recovered_log_needs_no_second_repair(whole: Whole, tmp_path: Path) -> None:
+    (tmp_path / "cut.mcap").write_bytes(whole.content[:-100])
+    recover(tmp_path / "cut.mcap", tmp_path / "a.mcap")
+    assert recover(tmp_path / "a.mcap", tmp_path / "b.mcap").written is None
+
+
+def test_recover_does_not_write_over_a_file(whole: Whole, tmp_path: Path) -> None:
+    (tmp_path / "cut.mcap").write_bytes(whole.content[:-100])
+    (tmp_path / "b.mcap").write_bytes(b"mine")
+    with pytest.raises(LogError, match="the file to write exists already"):
+        recover(tmp_path / "cut.mcap", tmp_path / "b.mcap")
+    assert (tmp_path / "b.mcap").read_bytes() == b"mine"

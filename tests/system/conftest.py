@@ -1,8 +1,0 @@
-"""The system tests use the same running daemon as tests/daemon."""
-
-from __future__ import annotations
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "daemon"))

@@ -1,0 +1,4 @@
+"""Sine, release, line and excitation runs of the simulated arm, and what is measured of them.
+
+Imports `linear`.
+"""

@@ -1,0 +1,42 @@
+"""The rotary joint at given amplitudes as members of a design's family: describing responses measured by sine tests on the simulated rig.
+
+Friction, the orifices' square root and the rounded null make gain and lag depend on the amplitude; the linearised plant without
+friction has none of this.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from config.schema.rig import Rig
+from tuning.arrays import Complexes, Floats
+from tuning.experiments.sine_test import rotary, velocity_response
+from tuning.loop_design.lag_lead_design import PlantResponse
+
+AMPLITUDES_V = (0.1, 0.3, 1.0, 3.0)
+TESTED_HZ = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0)
+DECADES_PER_DECADE = 3.0  # slope beyond the last frequency: two of the load's oscillator and part of the valve's
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredPlant:
+    """Position per volt (rad/V) from velocity responses at TESTED_HZ, between them on straight lines of log gain and phase over log f."""
+
+    log_gain: Floats
+    phase: Floats
+    delay_s: float
+
+    def __call__(self, omega: Floats) -> Complexes:
+        """At frequencies in rad/s. Below the first one the joint is a pure integrator of the first gain."""
+        place, tested = np.log(omega), np.log(2.0 * np.pi * np.array(TESTED_HZ))
+        beyond = np.maximum(place - tested[-1], 0.0)
+        velocity = np.exp(np.interp(place, tested, self.log_gain) - DECADES_PER_DECADE * beyond + 1j * np.interp(place, tested, self.phase))
+        return np.asarray(velocity / (1j * omega) * np.exp(-1j * omega * self.delay_s))
+
+
+def amplitude_members(rig: Rig, delay_s: float) -> tuple[PlantResponse, ...]:
+    """One member for each of AMPLITUDES_V, with dead time."""
+    found = [velocity_response(rig, rotary(), volts, TESTED_HZ) for volts in AMPLITUDES_V]
+    return tuple(MeasuredPlant(np.log(np.abs(each)), np.unwrap(np.angle(each)), delay_s) for each in found)

@@ -1,0 +1,196 @@
+"""A design as systems of python-control, written for MATLAB too: plants, measured members of the family, compensator, tip filter.
+
+The file holds everything that the printed margins and damping were computed from:
+
+    u = C(z) · (reference − position + feedback),
+    feedback = tip_gain · tip_share · ((kept − lead) · F(z) + lead) · deflection / extension,     (kept, lead) = tip_lead
+
+Margins are those of C(s) with every rigid plant times each of `gain_factors` and with every amplitude; least damping is that of C(z) and
+feedback with every flexible plant behind a hold, C times each of `gain_factors`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, nan, pi
+from pathlib import Path
+from typing import Any
+
+import control
+import numpy as np
+from scipy.io import loadmat, savemat
+from scipy.io.matlab import MatReadError
+
+from config.errors import LogError, UsageError
+from config.schema.rig import Rig
+from config.whole_file import whole_file
+from tuning.linear.family import GAINS, sampled_compensator
+from tuning.linear.linear_arm import linear_arm
+from tuning.linear.margins import GRID_HZ
+from tuning.loop_design.amplitude_members import AMPLITUDES_V, MeasuredPlant
+from tuning.loop_design.arm_design import INCH_M, OWN_DAMPING_KEPT, POUND_KG, UNLOADED, WORKSPACE, ArmDesign, places
+from tuning.transfer import lag_lead
+from tuning.variants import plant_of
+
+STATES = (
+    "rotary_position_rad", "rotary_velocity_rad_per_s", "spool", "spool_rate_per_s", "pressure_A_Pa", "pressure_B_Pa",
+    "tip_deflection_m", "second_shape_m", "tip_deflection_rate_m_per_s", "second_shape_rate_m_per_s",
+)  # fmt: skip
+INPUT, OUTPUTS = "rotary_command_V", ("rotary_position_rad", "tip_deflection_m")
+PLAIN = ("rig", "oil_temperature_C", "sample_time_s", "dead_time_s", "light_damping", "tip_gain")
+RATIONAL = ("compensator", "sampled_compensator", "tip_filter")
+DEAD_TIME_CYCLES = 1.5  # of the margins: half a hold and one sample
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExportedPlant:
+    """The plant linearised at rest somewhere, continuous: V to rad (and m); states, input and outputs carry names with units.
+
+    `tip_share`, `tip_lead`: what the schedules leave of the tip gain there, and its lead. `light`: a stiff or an empty
+    link, which only counts for the least damping when less than `light_damping` is left of its own.
+    """
+
+    system: control.StateSpace
+    extension_m: float
+    payload_kg: float
+    tip_share: float = 0.0
+    tip_lead: tuple[float, float] = (1.0, 0.0)
+    light: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExportedDesign:
+    """`rigid`: the empty arm with a link that does not bend; `amplitudes`: V and rad per V measured by sine tests, with dead time.
+
+    `compensator` in V per rad, continuous and as difference equations; `tip_filter`: the feedback's low-pass.
+    """
+
+    rig: str
+    oil_temperature_C: float
+    sample_time_s: float
+    dead_time_s: float
+    gain_factors: tuple[float, ...]
+    light_damping: float
+    flexible: tuple[ExportedPlant, ...]
+    rigid: tuple[ExportedPlant, ...]
+    amplitudes: tuple[tuple[float, control.FrequencyResponseData], ...]
+    compensator: control.TransferFunction
+    sampled_compensator: control.TransferFunction
+    tip_gain: float
+    tip_filter: control.TransferFunction
+
+
+def design_systems(rig: Rig, found: ArmDesign) -> ExportedDesign:
+    """The chosen compensator with all the plants that it was judged on."""
+    servo, period_s, oil = found.chosen.servo, 1.0 / rig.loop.rate_Hz, plant_of(rig).oil
+    omega = 2.0 * pi * np.geomspace(*GRID_HZ)
+    measured = [plant for plant in found.problem.plants if isinstance(plant, MeasuredPlant)]
+    keep = exp(-2.0 * pi * servo.roll_off_Hz * period_s) if servo.roll_off_Hz > 0.0 else 0.0
+    return ExportedDesign(
+        rig=rig.name,
+        oil_temperature_C=oil.initial_temperature_C if oil is not None else nan,
+        sample_time_s=period_s,
+        dead_time_s=DEAD_TIME_CYCLES * period_s,
+        gain_factors=GAINS,
+        light_damping=OWN_DAMPING_KEPT,
+        flexible=_flexible(rig),
+        rigid=tuple(_rigid(rig, inches * INCH_M) for inches, _ in UNLOADED),
+        amplitudes=tuple((volts, control.frd(plant(omega), omega)) for volts, plant in zip(AMPLITUDES_V, measured, strict=True)),
+        compensator=lag_lead(servo.gain, servo.sections),
+        sampled_compensator=sampled_compensator(servo, period_s),
+        tip_gain=servo.tip_gain,
+        tip_filter=control.tf([1.0 - keep, 0.0], [1.0, -keep], period_s),
+    )
+
+
+def _flexible(rig: Rig) -> tuple[ExportedPlant, ...]:
+    assert rig.link_mode is not None  # a design was made
+    where = zip(WORKSPACE, places(rig, rig.link_mode, WORKSPACE), strict=True)
+    return tuple(
+        ExportedPlant(_named(place.arm.system()), inches * INCH_M, pounds * POUND_KG, place.tip_share, place.tip_lead, place.light)
+        for (inches, pounds), place in where
+    )
+
+
+def _rigid(rig: Rig, extension_m: float) -> ExportedPlant:
+    return ExportedPlant(_named(linear_arm(rig, extension_m, 0.0, rigid=True).system()[0, 0]), extension_m, 0.0)
+
+
+def _named(system: control.StateSpace) -> control.StateSpace:
+    """With the names of states, input and outputs."""
+    return control.ss(system, states=list(STATES[: system.nstates]), inputs=[INPUT], outputs=list(OUTPUTS[: system.noutputs]))
+
+
+def check_export_path(path: Path) -> None:
+    """UsageError for a path that cannot be written, before a search of a minute."""
+    if path.suffix != ".mat":
+        step = f"Give e.g. --export {path.with_suffix('.mat').name}."
+        raise UsageError("the export is a MATLAB file", value=path.name, limit="a name that ends in .mat", where="--export", next_step=step)
+    if path.is_dir() or not path.parent.is_dir():
+        what = "the export's path is a folder" if path.is_dir() else "there is no folder for the export"
+        raise UsageError(what, value=str(path), where="--export", next_step=f"Make {path.parent}, or give a file in a folder that exists.")
+
+
+def write_design(design: ExportedDesign, path: Path) -> None:
+    """The .mat file, under a temporary name first, then renamed. LogError when it cannot be written."""
+    with whole_file(path, "export") as temporary, temporary.open("wb") as file:
+        savemat(file, _content(design), long_field_names=True, oned_as="row")
+
+
+def read_design(path: Path) -> ExportedDesign:
+    """The systems of a written file. LogError when it cannot be read or is none of these."""
+    try:
+        return _design(loadmat(path, simplify_cells=True))
+    except (OSError, ValueError, LookupError, TypeError, NotImplementedError, MatReadError) as error:
+        raise LogError("the file holds no exported design", value=str(error), where=str(path)) from error
+
+
+def _content(design: ExportedDesign) -> dict[str, Any]:
+    return {
+        **{name: getattr(design, name) for name in (*PLAIN, "gain_factors")},
+        "flexible": _cells([_plant_fields(plant) for plant in design.flexible]),
+        "rigid": _cells([_plant_fields(plant) for plant in design.rigid]),
+        "amplitudes": _cells(
+            [{"amplitude_V": v, "omega_rad_per_s": frd.omega, "response": frd.frdata[0, 0]} for v, frd in design.amplitudes]
+        ),
+        **{name: _polynomials(getattr(design, name)) for name in RATIONAL},
+    }
+
+
+def _cells(items: list[dict[str, Any]]) -> Any:
+    """A MATLAB cell array."""
+    cells = np.empty(len(items), dtype=object)
+    cells[:] = items
+    return cells
+
+
+def _plant_fields(plant: ExportedPlant) -> dict[str, Any]:
+    system = plant.system
+    names = {"states": system.state_labels, "inputs": system.input_labels, "outputs": system.output_labels}
+    where = {name: getattr(plant, name) for name in ("extension_m", "payload_kg", "tip_share", "tip_lead", "light")}
+    return {**where, **{name: getattr(system, name) for name in "ABCD"}, **{name: _cells(labels) for name, labels in names.items()}}
+
+
+def _polynomials(system: control.TransferFunction) -> dict[str, Any]:
+    return {"num": system.num[0][0], "den": system.den[0][0], "sample_time_s": system.dt or 0.0}
+
+
+def _design(content: dict[str, Any]) -> ExportedDesign:
+    def rational(item: dict[str, Any]) -> control.TransferFunction:
+        return control.tf(np.atleast_1d(item["num"]), np.atleast_1d(item["den"]), item["sample_time_s"])
+
+    return ExportedDesign(
+        **{name: content[name] for name in PLAIN},
+        gain_factors=tuple(content["gain_factors"]),
+        flexible=tuple(_plant(item) for item in content["flexible"]),
+        rigid=tuple(_plant(item) for item in content["rigid"]),
+        amplitudes=tuple((item["amplitude_V"], control.frd(item["response"], item["omega_rad_per_s"])) for item in content["amplitudes"]),
+        **{name: rational(content[name]) for name in RATIONAL},
+    )
+
+
+def _plant(item: dict[str, Any]) -> ExportedPlant:
+    states, outputs = len(item["A"]), np.size(item["outputs"])
+    b, c = np.reshape(item["B"], (states, 1)), np.reshape(item["C"], (outputs, states))
+    system = _named(control.ss(item["A"], b, c, np.reshape(item["D"], (outputs, 1))))
+    return ExportedPlant(system, item["extension_m"], item["payload_kg"], item["tip_share"], tuple(item["tip_lead"]), bool(item["light"]))

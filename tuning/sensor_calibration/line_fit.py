@@ -1,0 +1,130 @@
+"""value = offset + scale × counts by least squares over points at known values, with what limits how far it can be believed.
+
+Expanded uncertainty of one reading (k = 2, GUM 6.2.1): twice the root of the sum of squares of the standard deviation about the line
+(with more than two points), of the readings' noise, of the reference, and of a count's rounding, |scale| / sqrt(12).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from config.errors import ConfigError, Refusal
+
+LEAST_COUNTS = 100  # between the outermost points: rounding then turns the scale by less than 1 %
+NOISE_SHARE, RESIDUAL_SHARE = 0.001, 0.005  # of the span of the known values, unless the user says otherwise
+K = 2.0
+_OF_A_COUNT = 1e-6  # less is what the arithmetic leaves
+
+
+@dataclass(frozen=True, slots=True)
+class ReferencePoint:
+    """Readings at one known value (SI): their mean, standard deviation and number. One reading given by hand has no noise."""
+
+    value: float
+    counts: float
+    sd: float = 0.0
+    readings: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Largest noise and residual, and the reference's own standard uncertainty, all in the unit of the values; None: the default share."""
+
+    noise: float | None = None
+    residual: float | None = None
+    reference: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SensorCalibration:
+    """`residuals`: known value less the line's, by point. `noise`: pooled standard deviation of one reading, as a value."""
+
+    points: tuple[ReferencePoint, ...]
+    scale: float
+    offset: float
+    residuals: tuple[float, ...]
+    noise: float
+    uncertainty: float
+
+    @property
+    def span(self) -> float:
+        values = [point.value for point in self.points]
+        return max(values) - min(values)
+
+    @property
+    def noise_is_known(self) -> bool:
+        return any(point.readings > 1 for point in self.points)
+
+    @property
+    def worst_residual(self) -> float:
+        return max(map(abs, self.residuals))
+
+
+def calibrated(points: Sequence[ReferencePoint], limits: Limits, unit: str, where: str) -> SensorCalibration:
+    """The calibration. ConfigError, with every reason, when noise, residual or the points themselves do not allow one."""
+    _refuse([*_of_points(points, where)], where)
+    values = np.array([point.value for point in points])
+    counts = np.array([point.counts for point in points])
+    middle = counts.mean()  # counts of an absolute encoder are large: the line is fitted about their middle
+    scale, at_middle = np.polyfit(counts - middle, values, 1)
+    offset = at_middle - scale * middle
+    residuals = values - (offset + scale * counts)
+    residuals[np.abs(residuals) < _OF_A_COUNT * abs(scale)] = 0.0
+    noise = abs(scale) * _pooled(points)
+    about_line = sqrt(float(residuals @ residuals) / (len(points) - 2)) if len(points) > 2 else 0.0
+    parts = (about_line, noise, limits.reference, abs(scale) / sqrt(12))
+    uncertainty = K * sqrt(sum(part**2 for part in parts))
+    found = SensorCalibration(tuple(points), float(scale), float(offset), tuple(map(float, residuals)), float(noise), uncertainty)
+    _refuse([*_of_line(found, limits, unit, where)], where)
+    return found
+
+
+def _pooled(points: Sequence[ReferencePoint]) -> float:
+    """Standard deviation of one reading, in counts."""
+    free = sum(point.readings - 1 for point in points)
+    return sqrt(sum((point.readings - 1) * point.sd**2 for point in points) / free) if free else 0.0
+
+
+def _of_points(points: Sequence[ReferencePoint], where: str) -> Iterator[Refusal]:
+    values = {point.value for point in points}
+    if len(values) < 2:
+        advice = "Give two or more, as far apart as the sensor will be used: --at VALUE --at VALUE."
+        yield Refusal("readings at different known values are needed", str(len(values)), "at least 2", "", where, advice)
+        return
+    counts = [point.counts for point in points]
+    travelled = max(counts) - min(counts)
+    if travelled < LEAST_COUNTS:
+        advice = "Does it move, is it the right channel, are the points far enough apart? `longreach device watch` shows it live."
+        yield Refusal(
+            "the readings hardly change between the points", f"{travelled:.6g}", f"at least {LEAST_COUNTS}", "counts", where, advice
+        )
+
+
+def _of_line(found: SensorCalibration, limits: Limits, unit: str, where: str) -> Iterator[Refusal]:
+    noise_limit = NOISE_SHARE * found.span if limits.noise is None else limits.noise
+    residual_limit = RESIDUAL_SHARE * found.span if limits.residual is None else limits.residual
+    for point in found.points:
+        noise = abs(found.scale) * point.sd
+        if noise > noise_limit:
+            what = f"the readings at {point.value:.6g} {unit} are too noisy (standard deviation)"
+            advice = "Hold the joint still, check shield and earth, or allow more with --noise-limit."
+            yield Refusal(what, f"{noise:.3g}", f"{noise_limit:.3g}", unit, where, advice)
+    for point, residual in zip(found.points, found.residuals, strict=True):
+        if abs(residual) > residual_limit:
+            what = f"the point {point.value:.6g} {unit} lies off the line of the others"
+            advice = "Is a known value wrong, did the counts wrap, is the sensor not linear? Else allow more with --residual-limit."
+            yield Refusal(what, f"{residual:.3g}", f"{residual_limit:.3g}", unit, where, advice)
+
+
+def _refuse(reasons: list[Refusal], where: str) -> None:
+    if not reasons:
+        return
+    if len(reasons) == 1:
+        only = reasons[0]
+        raise ConfigError(only.what, value=only.value, limit=only.limit, unit=only.unit, where=where, next_step=only.next_step)
+    lines = "".join(f"\n  {reason.text()}" for reason in reasons)
+    raise ConfigError(f"no calibration of {where}:{lines}", problems=tuple(reasons))
