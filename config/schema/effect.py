@@ -13,7 +13,7 @@ from enum import IntEnum, StrEnum
 from typing import Any
 
 from config.errors import ConfigError
-from config.schema.effect_entry import EffectEntry, JointEntry, SensorEntry
+from config.schema.effect_entry import EffectEntry, JointEntry, LinkEntry, SensorEntry, SupplyEntry
 from config.schema.section import yaml_key
 
 LAST = 1000.0  # place in every list of an effect that does not say one
@@ -38,6 +38,8 @@ class Hook(StrEnum):
     LEAKAGE = "leakage"  # from chamber A to B, m³/s
     FRICTION = "sliding friction"  # N or N m, never below 0
     FORCE = "force on the load"  # N or N m, in the joint's positive direction
+    SUPPLY = "supply pressure"  # at a valve, Pa
+    BENDING = "bending force"  # on the tip's deflection, N: elastic, damping and Coriolis; pushes no joint by itself
     READING = "reading"  # of a sensor, in its signal's unit, before it is rounded
 
 
@@ -47,7 +49,14 @@ BESIDE: Mapping[Hook, tuple[str, ...]] = {  # what else a law gets at each hook
     Hook.LEAKAGE: ("a_Pa", "b_Pa"),
     Hook.FRICTION: ("velocity", "a_minus_b_Pa"),
     Hook.FORCE: ("position", "velocity"),
+    Hook.SUPPLY: ("flow_m3_per_s",),  # that this valve takes, lagged by its hose
+    Hook.BENDING: ("deflection_m", "deflection_rate_m_per_s", "extension_m"),
     Hook.READING: ("true_value",),
+}
+ENTRY_AT: Mapping[Hook, type[EffectEntry]] = {  # of an effect with a law there; at the other hooks a joint's
+    Hook.SUPPLY: SupplyEntry,
+    Hook.BENDING: LinkEntry,
+    Hook.READING: SensorEntry,
 }
 VARIABLES = ("velocity", "acceleration", "position", "command_V", "command_rate", "reading")
 
@@ -188,8 +197,9 @@ class Effect:
     def _check_law(self, law: Law) -> None:
         if not 1 <= len(law.parameters) <= 4:
             raise self._error("a law has one to four parameters", value=len(law.parameters))
-        if not issubclass(self.entry, SensorEntry if law.hook is Hook.READING else JointEntry):
-            raise self._error(f"the hook {law.hook.value!r} is at {'a sensor' if law.hook is Hook.READING else 'a joint'}")
+        at = ENTRY_AT.get(law.hook, JointEntry)
+        if not issubclass(self.entry, at):
+            raise self._error(f"the hook {law.hook.value!r} is at {at.place}")
         wanted = ("value", *BESIDE[law.hook], *law.parameters)
         takes = inspect.signature(law.function)
         if len(takes.parameters) != len(wanted):

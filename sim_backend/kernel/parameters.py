@@ -70,7 +70,7 @@ class Parameters:
         """Write one effect's entries, and the numbers of its own law."""
         given, effect = entry.model_dump(by_alias=True), EFFECTS[entry.effect]
         if effect.law:
-            place = self.slots[entry.where] if entry.where in self.slots else self.sensors[entry.where.removeprefix("sensor:")]
+            place = self.slots.get(entry.where, self.sensors.get(entry.where.removeprefix("sensor:"), 0))  # 0: supply and link
             at = BLOCKS[effect.name].start + place * BLOCKS[effect.name].width
             present = float(not effect.is_neutral(entry))
             self.values[at : at + 1 + len(effect.law.parameters)] = [present, *(given[key] for key in effect.law.parameters)]

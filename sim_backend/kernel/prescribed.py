@@ -12,7 +12,7 @@ from config.schema.rig import Rig
 from sim_backend.kernel.parameters import Parameters
 from sim_backend.memory.compiled import compiled
 from sim_backend.memory.layout import C, Vector
-from sim_backend.physics.link import K11, K22, damping_factor, highest_frequency, mass_and_bias, tip_acceleration
+from sim_backend.physics.link import damping_factor, highest_frequency, mass_and_bias, shape_forces, tip_acceleration
 
 _STEP_FREQUENCY = 0.5  # frequency times step: the fastest shape is resolved, not only stable
 
@@ -62,9 +62,8 @@ def _shape_accelerations(
 ) -> tuple[float, float]:
     """η̈ from the bending rows of the equations of motion, with the joint accelerations given."""
     _, _, t1, t2, _, l1, l2, e11, e12, e22, _, _, b1, b2 = mass_and_bias(theta_d, length, length_d, n1, n2, n1_d, n2_d, p)
-    damping = damping_factor(length, p)
-    q1 = -b1 - damping * K11 * n1_d - t1 * theta_dd - l1 * length_dd
-    q2 = -b2 - damping * K22 * n2_d - t2 * theta_dd - l2 * length_dd
+    q1, q2 = shape_forces(length, n1, n1_d, n2_d, b1, b2, damping_factor(length, p), p)
+    q1, q2 = q1 - t1 * theta_dd - l1 * length_dd, q2 - t2 * theta_dd - l2 * length_dd
     determinant = e11 * e22 - e12 * e12
     return (e22 * q1 - e12 * q2) / determinant, (e11 * q2 - e12 * q1) / determinant
 

@@ -1,7 +1,7 @@
 """Laws that effects bring along: at a hook of the kernel, what all other physics gives passes through every such law in turn.
 
-An effect with a law has a block at the end of the parameter vector for every joint (or sensor): whether it is there (1, else 0), then its
-parameters. Without such effects the vector ends where `layout` says, and the hooks compile to nothing.
+An effect with a law has a block at the end of the parameter vector for every joint (sensor, supply, link): whether it is there (1, else 0),
+then its parameters. Without such effects the vector ends where `layout` says, and the hooks compile to nothing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Hooked = Callable[[float, tuple[float, ...], int, Vector], float]
 
 @dataclass(frozen=True, slots=True)
 class LawBlock:
-    """Where one effect's law finds its numbers: `start + place * width` for each joint slot or sensor."""
+    """Where one effect's law finds its numbers: `start + place * width` for each joint slot or sensor; supply and link are one place."""
 
     effect: str
     start: int
@@ -40,11 +40,14 @@ class LawBlock:
         return self.start + self.width * self.places
 
 
+_PLACES = {Hook.SUPPLY: 1, Hook.BENDING: 1, Hook.READING: MAX_SENSORS}  # at the other hooks one a joint slot
+
+
 def _blocks() -> Iterator[LawBlock]:
     at = PARAMETERS
     for name, effect in EFFECTS.items():
         if effect.law:
-            block = LawBlock(name, at, effect.law.parameters, MAX_SENSORS if effect.law.hook is Hook.READING else SLOTS)
+            block = LawBlock(name, at, effect.law.parameters, _PLACES.get(effect.law.hook, SLOTS))
             yield block
             at = block.end
 
@@ -94,7 +97,7 @@ _TAKEN: tuple[Any, ...] = (_one, _two, _three, _four)  # numba wants the length 
 
 
 def hooked(hook: Hook) -> Hooked:
-    """What the kernel calls at a hook: `(value, the hook's other numbers, slot or sensor, parameters) -> value`."""
+    """What the kernel calls at a hook: `(value, the hook's other numbers, slot, sensor or 0, parameters) -> value`."""
     through: Hooked = _unchanged
     for name, effect in EFFECTS.items():
         if effect.law and effect.law.hook is hook:

@@ -9,8 +9,12 @@ from __future__ import annotations
 
 from math import cos, sin, sqrt
 
+from config.schema.effect import Hook
 from sim_backend.memory.compiled import compiled
 from sim_backend.memory.layout import C, Vector
+from sim_backend.physics.laws import hooked
+
+_bent = hooked(Hook.BENDING)
 
 # ∫ψψᵀ, ∫ψ″ψ″ᵀ (diagonal), ∫ψ(1−ξ)ψ′ᵀ, ∫(1−ξ)²ψ′ψ′ᵀ, ∫ψ, ∫ξψ over 0…1, and the slopes ψ′(1)
 M11, M12, M22 = 33 / 140, 17 / 280, 19 / 630
@@ -142,6 +146,14 @@ def damping_factor(length: float, p: Vector) -> float:
 
 
 @compiled
+def shape_forces(
+    length: float, n1: float, n1_d: float, n2_d: float, b1: float, b2: float, damping: float, p: Vector
+) -> tuple[float, float]:
+    """Forces on η₁ and η₂ without gravity: stiffness, Coriolis and centrifugal (`b1`, `b2` of mass_and_bias), damping, laws of effects."""
+    return _bent(-b1 - damping * K11 * n1_d, (n1, n1_d, length), 0, p), -b2 - damping * K22 * n2_d
+
+
+@compiled
 def flexible_accelerations(
     theta: float,
     theta_d: float,
@@ -161,7 +173,7 @@ def flexible_accelerations(
     """Accelerations of θ, L, η₁, η₂: the shapes are eliminated first, then two equations are left. `damping`: damping_factor()."""
     tt, tl, t1, t2, ll, l1, l2, e11, e12, e22, b_theta, b_length, b1, b2 = mass_and_bias(theta_d, length, length_d, n1, n2, n1_d, n2_d, p)
     q_theta, q_length = torque - b_theta, force - b_length
-    q1, q2 = -b1 - damping * K11 * n1_d, -b2 - damping * K22 * n2_d
+    q1, q2 = shape_forces(length, n1, n1_d, n2_d, b1, b2, damping, p)
     if p[C.GRAVITY] != 0.0:
         g_theta, g_length, g1, g2 = gravity_forces(theta, length, n1, n2, p)
         q_theta, q_length, q1, q2 = q_theta + g_theta, q_length + g_length, q1 + g1, q2 + g2

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from config.schema.effect import Hook
 from sim_backend.memory.compiled import compiled
 from sim_backend.memory.layout import C, Vector, X
+from sim_backend.physics.laws import hooked
+
+_supplied = hooked(Hook.SUPPLY)
 
 GAS_EXPONENT = 1.4
 LINE_RATE = 500.0  # 1/s, from the inertia of the oil in a hose; makes the flow that loses pressure a state
@@ -12,7 +16,7 @@ LINE_RATE = 500.0  # 1/s, from the inertia of the oil in a hose; makes the flow 
 @compiled
 def valve_supply(accumulator_Pa: float, line_flow: float, p: Vector) -> float:
     """Supply pressure at a valve: the accumulator's less the hose's quadratic loss."""
-    return float(accumulator_Pa - p[C.LINE_RESISTANCE] * line_flow * abs(line_flow))
+    return float(_supplied(accumulator_Pa - p[C.LINE_RESISTANCE] * line_flow * abs(line_flow), (line_flow,), 0, p))
 
 
 @compiled

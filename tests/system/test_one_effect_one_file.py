@@ -27,12 +27,12 @@ from config.loading.load import load_rig, rig_from_text
 from config.reference import pages
 from config.schema.effect_library import EFFECTS
 rig = load_rig(sys.argv[1]).rig
-seen = {"numba": "numba" in sys.modules, "value": rig.plant.effects[0].swelling, "last": list(EFFECTS)[-6:]}
+seen = {"numba": "numba" in sys.modules, "value": rig.plant.effects[0].swelling, "last": list(EFFECTS)[-8:]}
 seen["reference"] = pages()["plant.md"]
 from gap.report.fingerprint import fingerprint_of
 from gap.signatures.candidates import candidates
 found = candidates(load_rig("ornl_testbed").rig, frozenset({"rotary.position"}))
-found = [c for c in found if c.effect in list(EFFECTS)[-6:]]
+found = [c for c in found if c.effect in list(EFFECTS)[-8:]]
 seen["candidates"] = sorted(c.label for c in found)
 (swelling,) = [c for c in found if c.label == "hose_swelling at rotary"]
 seen["free"] = [(f.key, f.unit, f.start, f.scale, f.low, f.high) for f in swelling.free]
@@ -53,9 +53,10 @@ def test_schema_reference_and_search_know_the_effect(library: Installed, tmp_pat
     assert "`plant.effects[]` with `effect: hose_swelling`" in seen["reference"]
     assert "1/β_e = … + c P²" in seen["reference"]  # its law, from the file's docstring
     assert "| `swelling` | relative volume change of the hoses per pressure, per squared pressure | 1/Pa^3 |" in seen["reference"]
+    at_joints = [name for name, other in OTHERS.items() if other.where in ("rotary", "prismatic")]
     assert seen["candidates"] == sorted(
-        [f"{name} at {joint}" for name in ("hose_swelling", *OTHERS) if name != "bent_sensor" for joint in ("rotary", "prismatic")]
-        + ["bent_sensor at sensor:rotary.position"]
+        [f"{name} at {joint}" for name in ("hose_swelling", *at_joints) for joint in ("rotary", "prismatic")]
+        + ["bent_sensor at sensor:rotary.position", "soft_supply at supply", "second_leaf at link"]
     )
     assert seen["free"] == [["swelling", "1/Pa^3", 0.0, pytest.approx(1.58e-24, rel=0.01), 0.0, pytest.approx(1.58e-22, rel=0.01)]]
     assert seen["equation"] == "chamber flow balance"
@@ -106,13 +107,32 @@ def test_the_kernel_has_its_law_and_the_tests_have_its_case(library: Installed, 
         "-k",
         " or ".join(["hose_swelling", *OTHERS]),
     )
-    assert "12 passed" in told  # a case and a look at the file each
+    assert "16 passed" in told  # a case and a look at the file each
     rig = tmp_path / "rig.yaml"
     rig.write_text(rig_text("effect: hose_swelling, where: rotary, swelling: 2e-24"))
     softer, named, rest_is_empty = json.loads(library.run("-c", COMPLIANCE, str(rig)))
     assert softer == pytest.approx([0.0, 2e-24 * 2e6**2, 2e-24 * 8e6**2], rel=1e-6)
     assert named
     assert rest_is_empty
+
+
+BENDING = """
+from config.loading.load import load_rig, rig_from_text
+from gap.balance.balances import balances
+from tests.gap.balance.test_weak_form import FLEXIBLE, SIGMA, log_of, swung
+import json
+effect = "    - {effect: second_leaf, where: link, size: 11.556}\\n"  # N/m: 3 (0.6 - 0.249) / 0.45³
+rig = rig_from_text(load_rig("cu_flexible_arm").text.replace("  effects: []\\n", FLEXIBLE + effect))
+print(json.dumps([balances(log_of(rig, swung(stiffness)), rig, SIGMA)[0].z for stiffness in (0.249, 0.6)]))
+"""
+
+
+@pytest.mark.slow
+def test_the_balance_of_the_link_has_its_law(library: Installed) -> None:
+    """A leaf spring beside the link: the tip swings as fast as a link of 0.6 N m² does, no longer as one of 0.249 N m²."""
+    without_leaf, with_leaf = json.loads(library.run("-c", BENDING))
+    assert without_leaf > 5
+    assert with_leaf < 1.5
 
 
 FIND = """

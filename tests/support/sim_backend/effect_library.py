@@ -98,6 +98,12 @@ OTHERS = {
     "bent_command": Short(
         "SPOOL_COMMAND", "spool, command_V, size", "spool + size * spool * abs(spool)", 0.5, "rotary.position", equation="VALVE"
     ),
+    "soft_supply": Short(
+        "SUPPLY", "pressure, flow, size", "pressure - size * flow", 1e9, "rotary.supply_pressure", "supply", "SupplyEntry", "SUPPLY"
+    ),
+    "second_leaf": Short(
+        "BENDING", "force, tip, tip_rate, length, size", "force - size * tip", 1000.0, "tip.deflection", "link", "LinkEntry", "LINK"
+    ),
     "bent_sensor": Short(
         "READING", "reading, value, size", "reading + size * value * value", 0.1, "raw", "sensor:rotary.position", "SensorEntry", "SENSOR"
     ),
