@@ -18,7 +18,7 @@ from tuning.variants import ROTARY, with_link
 PERIOD_S = 0.25e-3  # short, so that the hold's own lag (0.1° at 2 Hz, 0.7° at 15 Hz) does not show
 SETTLING_S, SETTLING_PERIODS = 1.5, 3
 MEASURED_S, MEASURED_PERIODS = 1.0, 3
-EXTENSION_M = 36 * 0.0254  # mid stroke; the unloaded arm has 13 kg·m² there
+EXTENSION_M = 36 * 0.0254  # mid stroke of the paper's arm; the unloaded arm has 13 kg·m² there
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,7 @@ class SineTest:
     joint: str
     payload_kg: float
     temperature_C: float | None = None
+    extension_m: float = EXTENSION_M
 
 
 def velocity_response(rig: Rig, test: SineTest, amplitude_V: float, frequencies_Hz: Sequence[float]) -> Complexes:
@@ -39,7 +40,7 @@ def _one(rig: Rig, test: SineTest, amplitude_V: float, frequency_Hz: float) -> c
     plant = SimulatedRig(with_link(rig, payload_kg=test.payload_kg))
     values = plant.parameters.values
     values[C.BENDING_STIFFNESS], values[C.THERMAL] = 0.0, 0.0
-    plant.reset([0.0, EXTENSION_M], test.temperature_C)
+    plant.reset([0.0, test.extension_m], test.temperature_C)
     settling = max(SETTLING_PERIODS, ceil(SETTLING_S * frequency_Hz))
     measured = max(MEASURED_PERIODS, ceil(MEASURED_S * frequency_Hz))
     samples = round((settling + measured) / frequency_Hz / PERIOD_S)

@@ -1,4 +1,4 @@
-"""The design problem of a rig: its joint over gain, extension, payload and temperature, its link modes everywhere in the workspace."""
+"""The design problem of a rig: its joint over gain, extension, payload and temperature, its link modes everywhere in its workspace."""
 
 from __future__ import annotations
 
@@ -22,19 +22,16 @@ from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
 from tuning.linear.linear_arm import LinearArm, linear_arm
 from tuning.loop_design.amplitude_members import MeasuredPlant, amplitude_members
-from tuning.loop_design.lag_lead_design import Demands, Design, DesignProblem, PlantResponse, search
-from tuning.transfer import EQ4, lag_lead
+from tuning.loop_design.lag_lead_design import Demands, Design, DesignProblem, PlantResponse, at_pace, search
+from tuning.loop_design.rotary_joint import DesignedJoint, designed_joint
+from tuning.loop_design.workspace import OVERLOAD, UNLOADED, Place, extension_m, places_in
+from tuning.transfer import lag_lead
 
-POUND_KG, INCH_M = 0.45359237, 0.0254
-# Extension (in) and payload (lb): the corners of the workspace and the places between where the link mode is damped least.
-UNLOADED = ((12.0, 0.0), (36.0, 0.0), (60.0, 0.0))
-LOADED = ((12.0, 45.0), (20.0, 45.0), (30.0, 45.0), (36.0, 45.0), (48.0, 45.0), (60.0, 45.0), (24.0, 75.0), (40.0, 75.0), (60.0, 75.0))
-WORKSPACE = UNLOADED + LOADED
-_SLACK_M = 1e-3
-PAYLOADS_LB = (0.0, 15.0, 45.0, 75.0)
-DAMPING_JOINT_ONLY, DAMPING_WITH_TIP = 0.002, 0.015
-STIFF_HZ = 15.0  # a link above this does not disturb the joint loop, as long as it keeps
-OWN_DAMPING_KEPT = 0.002  # of its 0.005
+PAYLOAD_SHARES = (0.0, 1 / 3, 1.0, OVERLOAD)  # of the believed payload, at one extension
+DAMPING_WITH_TIP = 0.015
+STIFF_HZ = 15.0  # a link above this does not disturb the paper's joint loop, as long as it keeps
+DAMPING_KEPT = 0.4  # of its own damping ratio
+DELAY_CYCLES = 1.5  # half a hold and one sample
 HUNTING_RATIOS = (1.0, 1.1, 1.2)
 EFFORT = 25
 LESS_LAG = 1.5
@@ -74,61 +71,72 @@ def arm_problem(rig: Rig, tip_gain: float, demands: Demands | None = None) -> De
         raise ManeuverError(
             "the design needs an arm with a flexible link and its plant", value=rig.arm.kind, where=rig.name, next_step=advice
         )
-    low, high = rig.plant.joints["prismatic"].travel
-    nearest, farthest = (pick(inches for inches, _ in WORKSPACE) * INCH_M for pick in (min, max))
-    if low > nearest + _SLACK_M or high < farthest - _SLACK_M:
-        advice, limit = "`longreach new-rig` chose the gain of an arm of another size.", f"at least {nearest:.3f} to {farthest:.3f}"
-        text = f"{low:.3f} to {high:.3f}"
-        raise ManeuverError("the design is made for the paper's workspace", value=text, limit=limit, unit="m", next_step=advice)
-    plants = (*_rigid_plants(rig, [inches for inches, _ in UNLOADED]), *amplitude_members(rig, 1.5 / rig.loop.rate_Hz))
+    joint = _joint(rig)
+    plants = (*_rigid_plants(rig, [place[0] for place in places_in(rig, UNLOADED)]), *_amplitudes(rig, joint.pace))
     roll_off_Hz = (rig.end_point or EndPoint()).roll_off_Hz
-    least = DAMPING_WITH_TIP if tip_gain > 0.0 else DAMPING_JOINT_ONLY
-    return DesignProblem(plants, demands or Demands(), tip_gain, roll_off_Hz, _damping(rig, rig.link_mode, WORKSPACE), least)
+    least = DAMPING_WITH_TIP if tip_gain > 0.0 else kept_damping(rig.link_mode)
+    damping = _damping(rig, rig.link_mode, places_in(rig), joint.pace)
+    return DesignProblem(plants, demands or at_pace(joint.pace), tip_gain, roll_off_Hz, damping, least, joint.pace)
 
 
-def problem_at(problem: DesignProblem, rig: Rig, inches: float) -> DesignProblem:
-    """The same problem at one extension (in): its inertia and its link modes, every amplitude."""
+def _joint(rig: Rig) -> DesignedJoint:
+    return designed_joint(rig, linear_arm(rig, extension_m(rig, 0.5), 0.0, rigid=True))
+
+
+def _amplitudes(rig: Rig, pace: float) -> tuple[PlantResponse, ...]:
+    return amplitude_members(rig, DELAY_CYCLES / rig.loop.rate_Hz, extension_m(rig, 0.5), pace)
+
+
+def kept_damping(link: LinkMode) -> float:
+    """Damping ratio of a link that no servo may go below."""
+    return DAMPING_KEPT * link.damping_ratio
+
+
+def problem_at(problem: DesignProblem, rig: Rig, extension: float) -> DesignProblem:
+    """The same problem at one extension (m): its inertia and its link modes, every amplitude."""
     assert rig.link_mode is not None
     measured: list[PlantResponse] = [plant for plant in problem.plants if isinstance(plant, MeasuredPlant)]
-    plants = (*_rigid_plants(rig, [inches]), *measured)
-    return replace(problem, plants=plants, damping=_damping(rig, rig.link_mode, [(inches, pounds) for pounds in PAYLOADS_LB]))
+    plants = (*_rigid_plants(rig, [extension]), *measured)
+    here = list(dict.fromkeys((extension, share * rig.link_mode.payload_kg) for share in PAYLOAD_SHARES))
+    return replace(problem, plants=plants, damping=_damping(rig, rig.link_mode, here, problem.pace))
 
 
-def _rigid_plants(rig: Rig, extensions_in: Sequence[float]) -> list[PlantResponse]:
+def _rigid_plants(rig: Rig, extensions_m: Sequence[float]) -> list[PlantResponse]:
     """The empty arm with a link that does not bend, over the family's gains."""
-    arms = [linear_arm(rig, inches * INCH_M, 0.0, rigid=True) for inches in extensions_in]
-    return [partial(_position, arm, gain, 1.5 / rig.loop.rate_Hz) for arm, gain in product(arms, GAINS)]
+    arms = [linear_arm(rig, extension, 0.0, rigid=True) for extension in extensions_m]
+    return [partial(_position, arm, gain, DELAY_CYCLES / rig.loop.rate_Hz) for arm, gain in product(arms, GAINS)]
 
 
-def _damping(rig: Rig, link: LinkMode, workspace: Sequence[tuple[float, float]]) -> Callable[[Servo], float]:
-    return partial(worst_damping, places(rig, link, workspace), 1.0 / rig.loop.rate_Hz)
+def _damping(rig: Rig, link: LinkMode, where: Sequence[Place], pace: float) -> Callable[[Servo], float]:
+    return partial(worst_damping, operating_points(rig, link, where, pace), 1.0 / rig.loop.rate_Hz, kept_damping(link))
 
 
-def places(rig: Rig, link: LinkMode, workspace: Sequence[tuple[float, float]]) -> list[OperatingPoint]:
-    """The arm at every extension (in) and payload (lb)."""
-    return [_place(rig, link, inches * INCH_M, pounds * POUND_KG) for inches, pounds in workspace]
+def operating_points(rig: Rig, link: LinkMode, where: Sequence[Place], pace: float) -> list[OperatingPoint]:
+    """The arm at every place; a link is stiff beside a joint of this pace or not."""
+    return [_operating_point(rig, link, extension, payload_kg, pace) for extension, payload_kg in where]
 
 
-def _place(rig: Rig, link: LinkMode, extension_m: float, payload_kg: float) -> OperatingPoint:
-    frequency = LinkFrequency(link.model_copy(update={"payload_kg": payload_kg, "frequency_map": ()})).frequency_Hz(extension_m)
+def _operating_point(rig: Rig, link: LinkMode, extension: float, payload_kg: float, pace: float) -> OperatingPoint:
+    frequency = LinkFrequency(link.model_copy(update={"payload_kg": payload_kg, "frequency_map": ()})).frequency_Hz(extension)
     settings = (rig.end_point or EndPoint()).model_copy(update={"gain": 1.0})
-    believed_Hz = LinkFrequency(link).frequency_Hz(extension_m)
+    believed_Hz = LinkFrequency(link).frequency_Hz(extension)
     share, lead = scheduled_gain(settings, believed_Hz), lead_shares(settings, believed_Hz)
-    return OperatingPoint(linear_arm(rig, extension_m, payload_kg), share, frequency > STIFF_HZ or payload_kg == 0.0, lead)
+    light = frequency > STIFF_HZ * pace or payload_kg == 0.0
+    return OperatingPoint(linear_arm(rig, extension, payload_kg), share, light, lead)
 
 
 def _position(arm: LinearArm, gain: float, delay_s: float, omega: Floats) -> Complexes:
     return np.asarray(gain * arm.response(omega, arm.position) * np.exp(-1j * omega * delay_s))
 
 
-def worst_damping(places: Sequence[OperatingPoint], period_s: float, servo: Servo) -> float:
-    """Smallest damping ratio of any mode at any place and any gain of the family; light places only count when they lose their own
-    damping: infinite when none is left."""
+def worst_damping(places: Sequence[OperatingPoint], period_s: float, kept: float, servo: Servo) -> float:
+    """Smallest damping ratio of any mode at any place and any gain of the family; light places only count when less than `kept`
+    is left of their own damping; infinite when none counts."""
     found = []
     for place, gain in product(places, GAINS):
         scheduled = replace(servo, gain=servo.gain * gain, tip_gain=servo.tip_gain * place.tip_share, tip_lead=place.tip_lead)
         damping = least_damping(sampled_loop(place.arm, scheduled, period_s), period_s)
-        if not (place.light and damping > OWN_DAMPING_KEPT):
+        if not (place.light and damping > kept):
             found.append(damping)
     return min(found, default=inf)
 
@@ -138,32 +146,32 @@ def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: in
 
     Lag makes the loop hunt, so while the cycle is too large the search goes on with less of it.
     """
-    problem = arm_problem(rig, tip_gain, demands)
+    problem, joint = arm_problem(rig, tip_gain, demands), _joint(rig)
     pure = search(problem, with_sections=False, effort=effort)
     found = search(problem, effort=effort)
-    while _cycle_size(found.servo) > largest_cycle and problem.demands.lag_ratio > 1.01:
+    while _cycle_size(joint, found.servo) > largest_cycle and problem.demands.lag_ratio > 1.01:
         problem = replace(problem, demands=replace(problem.demands, lag_ratio=max(1.0, problem.demands.lag_ratio / LESS_LAG)))
         found = search(problem, effort=effort)
-    allowed = _cycle_size(found.servo) <= largest_cycle
+    allowed = _cycle_size(joint, found.servo) <= largest_cycle
     chosen = found if allowed and found.stiffness_gain_dB > pure.stiffness_gain_dB else pure
-    return ArmDesign(problem, found, pure, chosen, hunting(chosen.servo))
+    return ArmDesign(problem, found, pure, chosen, hunting(joint, chosen.servo))
 
 
-def _cycle_size(servo: Servo) -> float:
+def _cycle_size(joint: DesignedJoint, servo: Servo) -> float:
     """Largest load amplitude of any hunting, in H_c; 0 when it always comes to rest."""
-    return max((cycle.load_amplitude for cycle in hunting(servo) if cycle is not None), default=0.0)
+    return max((cycle.load_amplitude for cycle in hunting(joint, servo) if cycle is not None), default=0.0)
 
 
-def hunting(servo: Servo) -> tuple[Cycle | None, ...]:
-    """Exact cycles with the friction-compliance element and Eq 4, one for each H_s/H_c; amplitudes in H_c. None: comes to rest."""
-    loop = lag_lead(servo.gain / degrees(1.0), servo.sections) * EQ4
+def hunting(joint: DesignedJoint, servo: Servo) -> tuple[Cycle | None, ...]:
+    """Exact cycles with the friction-compliance element, one for each H_s/H_c; amplitudes in H_c. None: comes to rest."""
+    loop = lag_lead(servo.gain, servo.sections) * joint.system
     return tuple(ExactLoop(loop, FrictionCompliance.of_ratio(ratio)).march(1.0) for ratio in HUNTING_RATIOS)
 
 
 def as_overrides(servo: Servo, schedule: Sequence[tuple[float, float]] = ()) -> list[str]:
-    """What `config.loading.overrides.apply_overrides` needs to put the servo into a rig file; `schedule`: (extension in inches, factor)."""
+    """What `config.loading.overrides.apply_overrides` needs to put the servo into a rig file; `schedule`: (extension in m, factor)."""
     sections = ", ".join(f"{{zero: {zero:.6g} rad/s, pole: {pole:.6g} rad/s}}" for zero, pole in servo.sections)
-    points = ", ".join(f"{{extension: {inches:g} in, factor: {factor:.4g}}}" for inches, factor in schedule)
+    points = ", ".join(f"{{extension: {extension:.5g} m, factor: {factor:.4g}}}" for extension, factor in schedule)
     return [
         f"servo.rotary.gain={servo.gain / degrees(1.0):.6g} V/deg",
         f"servo.rotary.sections=[{sections}]",

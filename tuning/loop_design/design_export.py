@@ -22,13 +22,14 @@ from scipy.io import loadmat, savemat
 from scipy.io.matlab import MatReadError
 
 from config.errors import LogError, UsageError
-from config.schema.rig import Rig
+from config.schema.rig import LinkMode, Rig
 from config.whole_file import whole_file
 from tuning.linear.family import GAINS, sampled_compensator
 from tuning.linear.linear_arm import linear_arm
 from tuning.linear.margins import GRID_HZ
-from tuning.loop_design.amplitude_members import AMPLITUDES_V, MeasuredPlant
-from tuning.loop_design.arm_design import INCH_M, OWN_DAMPING_KEPT, POUND_KG, UNLOADED, WORKSPACE, ArmDesign, places
+from tuning.loop_design.amplitude_members import MeasuredPlant
+from tuning.loop_design.arm_design import DELAY_CYCLES, ArmDesign, kept_damping, operating_points
+from tuning.loop_design.workspace import UNLOADED, places_in
 from tuning.transfer import lag_lead
 from tuning.variants import plant_of
 
@@ -39,7 +40,6 @@ STATES = (
 INPUT, OUTPUTS = "rotary_command_V", ("rotary_position_rad", "tip_deflection_m")
 PLAIN = ("rig", "oil_temperature_C", "sample_time_s", "dead_time_s", "light_damping", "tip_gain")
 RATIONAL = ("compensator", "sampled_compensator", "tip_filter")
-DEAD_TIME_CYCLES = 1.5  # of the margins: half a hold and one sample
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,6 +82,7 @@ class ExportedDesign:
 
 def design_systems(rig: Rig, found: ArmDesign) -> ExportedDesign:
     """The chosen compensator with all the plants that it was judged on."""
+    assert rig.link_mode is not None  # a design was made
     servo, period_s, oil = found.chosen.servo, 1.0 / rig.loop.rate_Hz, plant_of(rig).oil
     omega = 2.0 * pi * np.geomspace(*GRID_HZ)
     measured = [plant for plant in found.problem.plants if isinstance(plant, MeasuredPlant)]
@@ -90,12 +91,12 @@ def design_systems(rig: Rig, found: ArmDesign) -> ExportedDesign:
         rig=rig.name,
         oil_temperature_C=oil.initial_temperature_C if oil is not None else nan,
         sample_time_s=period_s,
-        dead_time_s=DEAD_TIME_CYCLES * period_s,
+        dead_time_s=DELAY_CYCLES * period_s,
         gain_factors=GAINS,
-        light_damping=OWN_DAMPING_KEPT,
-        flexible=_flexible(rig),
-        rigid=tuple(_rigid(rig, inches * INCH_M) for inches, _ in UNLOADED),
-        amplitudes=tuple((volts, control.frd(plant(omega), omega)) for volts, plant in zip(AMPLITUDES_V, measured, strict=True)),
+        light_damping=kept_damping(rig.link_mode),
+        flexible=_flexible(rig, rig.link_mode, found.problem.pace),
+        rigid=tuple(_rigid(rig, extension) for extension, _ in places_in(rig, UNLOADED)),
+        amplitudes=tuple((plant.amplitude_V, control.frd(plant(omega), omega)) for plant in measured),
         compensator=lag_lead(servo.gain, servo.sections),
         sampled_compensator=sampled_compensator(servo, period_s),
         tip_gain=servo.tip_gain,
@@ -103,12 +104,11 @@ def design_systems(rig: Rig, found: ArmDesign) -> ExportedDesign:
     )
 
 
-def _flexible(rig: Rig) -> tuple[ExportedPlant, ...]:
-    assert rig.link_mode is not None  # a design was made
-    where = zip(WORKSPACE, places(rig, rig.link_mode, WORKSPACE), strict=True)
+def _flexible(rig: Rig, link: LinkMode, pace: float) -> tuple[ExportedPlant, ...]:
+    where = places_in(rig)
     return tuple(
-        ExportedPlant(_named(place.arm.system()), inches * INCH_M, pounds * POUND_KG, place.tip_share, place.tip_lead, place.light)
-        for (inches, pounds), place in where
+        ExportedPlant(_named(point.arm.system()), extension, payload_kg, point.tip_share, point.tip_lead, point.light)
+        for (extension, payload_kg), point in zip(where, operating_points(rig, link, where, pace), strict=True)
     )
 
 

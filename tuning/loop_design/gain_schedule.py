@@ -12,15 +12,17 @@ from config.schema.rig import Rig
 from tuning.linear.closed_loop import Servo
 from tuning.loop_design.arm_design import problem_at
 from tuning.loop_design.lag_lead_design import DesignProblem, evaluate
+from tuning.loop_design.workspace import extension_m
 
-EXTENSIONS_IN = (12.0, 18.0, 24.0, 30.0, 36.0, 42.0, 48.0, 54.0, 60.0)
+PLACES = 9  # evenly over the travel
 LARGEST_FACTOR = 6.0
 HALVINGS = 8
 
 
 def gain_schedule(rig: Rig, problem: DesignProblem, servo: Servo) -> list[tuple[float, float]]:
-    """(extension in inches, factor on the gain): the largest that keeps every demand there; 1 where the servo itself does not."""
-    return [(inches, _largest_factor(problem_at(problem, rig, inches), servo)) for inches in EXTENSIONS_IN]
+    """(extension in m, factor on the gain): the largest that keeps every demand there; 1 where the servo itself does not."""
+    extensions = [extension_m(rig, k / (PLACES - 1)) for k in range(PLACES)]
+    return [(extension, _largest_factor(problem_at(problem, rig, extension), servo)) for extension in extensions]
 
 
 def _largest_factor(problem: DesignProblem, servo: Servo) -> float:

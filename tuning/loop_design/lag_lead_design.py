@@ -7,7 +7,7 @@ gain margin, phase margin and M_s in every member, and, for an arm, to the dampi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import log
 
 import numpy as np
@@ -50,7 +50,10 @@ class Design:
 
 @dataclass(frozen=True, slots=True)
 class DesignProblem:
-    """Plants (position per V in the unit the gain is per), demands, and what else a servo must satisfy (`excess` ≥ 0 means it does)."""
+    """Plants (position per V in the unit the gain is per), demands, and the damping that a servo must leave every mode.
+
+    `pace`: how many times as fast as the paper's joint; the frequencies of the search move with it.
+    """
 
     plants: tuple[PlantResponse, ...]
     demands: Demands = field(default_factory=Demands)
@@ -58,6 +61,17 @@ class DesignProblem:
     roll_off_Hz: float = 15.0
     damping: Callable[[Servo], float] | None = None
     least_damping: float = 0.0
+    pace: float = 1.0
+
+
+def at_pace(pace: float) -> Demands:
+    """The usual demands, band and corners moved to a joint that is so many times as fast as the paper's."""
+    usual = Demands()
+
+    def moved(limits: tuple[float, float]) -> tuple[float, float]:
+        return pace * limits[0], pace * limits[1]
+
+    return replace(usual, band_Hz=moved(usual.band_Hz), lead_zero=moved(usual.lead_zero), lag_zero=moved(usual.lag_zero))
 
 
 def stiffness_gain_dB(problem: DesignProblem, servo: Servo) -> float:
@@ -153,12 +167,13 @@ class _Grid:
     def __init__(self, problem: DesignProblem) -> None:
         self._problem = problem
         band = np.geomspace(*problem.demands.band_Hz, 60) * 2.0 * np.pi
-        self._omega = 2.0 * np.pi * np.geomspace(*GRID_HZ)
+        low, high, points = GRID_HZ
+        self._omega = 2.0 * np.pi * problem.pace * np.geomspace(low, high, points)
         self._band = band
         self._plants = np.array([plant(self._omega) for plant in problem.plants])
         self._in_band = np.array([plant(band) for plant in problem.plants])
-        # gain that would cross at about 1 Hz: makes the limits of the search independent of the gain's unit
-        self.log_scale = -log(float(np.abs(self._plants[0])[np.argmin(np.abs(self._omega - 2.0 * np.pi))]))
+        # gain that would cross at about 1 Hz (times the pace): makes the limits of the search independent of the gain's unit
+        self.log_scale = -log(float(np.abs(self._plants[0])[np.argmin(np.abs(self._omega - 2.0 * np.pi * problem.pace))]))
 
     def stiffness(self, servo: Servo) -> float:
         """Mean of ln |1 + L| over the band in the worst member."""

@@ -18,11 +18,11 @@ from servo_control.servo.oil_compensation import OilCompensation
 from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
 from tuning.linear.linear_arm import LinearArm, linear_arm
-from tuning.loop_design.arm_design import INCH_M, POUND_KG
+from tuning.loop_design.workspace import OVERLOAD, places_in
 from tuning.variants import ROTARY
 
-EXTENSIONS_IN = tuple(range(12, 61, 3))
-PAYLOADS_LB = (0.0, 3.0, 5.0, 10.0, 20.0, 75.0)
+EXTENSIONS = 17  # evenly over the travel
+PAYLOAD_SHARES = (0.0, 3 / 45, 5 / 45, 10 / 45, 20 / 45, OVERLOAD)  # of the believed payload
 OIL_C = (20.0, 40.0, 60.0)
 STEEPEST = 500.0  # s/rad
 HALVINGS = 10
@@ -46,14 +46,14 @@ def stuck_places(rig: Rig) -> list[StuckPlace]:
         return []
     link, settings = LinkFrequency(rig.link_mode), (rig.end_point or EndPoint()).model_copy(update={"gain": 1.0})
     found = []
-    for inches, pounds, oil_C in product(EXTENSIONS_IN, PAYLOADS_LB, OIL_C):
-        extension_m = inches * INCH_M
-        frequency_Hz = link.frequency_Hz(extension_m)
+    shares = product((k / (EXTENSIONS - 1) for k in range(EXTENSIONS)), PAYLOAD_SHARES)
+    for (extension, payload_kg), oil_C in product(places_in(rig, shares), OIL_C):
+        frequency_Hz = link.frequency_Hz(extension)
         share, lead = scheduled_gain(settings, frequency_Hz), lead_shares(settings, frequency_Hz)
-        arm = linear_arm(rig, extension_m, pounds * POUND_KG, oil_C, stuck=True)
+        arm = linear_arm(rig, extension, payload_kg, oil_C, stuck=True)
         oil = OilCompensation(servo.oil_compensation, servo.velocity_feedforward, period_s)
         oil.measure(oil_C)
-        found.append(StuckPlace(arm, share, lead, link.omega_d(extension_m), oil.friction_V))
+        found.append(StuckPlace(arm, share, lead, link.omega_d(extension), oil.friction_V))
     return found
 
 

@@ -83,7 +83,7 @@ def servo_design(context: Context) -> Outcome:
     own = context.rig.end_point.gain if context.rig.end_point is not None else 0.0
     try:
         found = design(context.rig, own, effort=context.effort)
-    except ManeuverError as refusal:  # an arm of another workspace
+    except ManeuverError as refusal:  # no link_mode
         return Outcome(None, str(refusal))
     overrides = as_overrides(found.chosen.servo)
     out = context.folder / f"{context.rig.name}-designed.yaml"

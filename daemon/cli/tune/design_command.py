@@ -97,7 +97,7 @@ def _lines(rig: Rig, found: Any) -> list[str]:
 
 
 def _schedule_lines(schedule: list[tuple[float, float]]) -> list[str]:
-    return ["  gain by extension: " + ", ".join(f"{inches:g} in x {factor:.2f}" for inches, factor in schedule)] if schedule else []
+    return ["  gain by extension: " + ", ".join(f"{extension:.3f} m x {factor:.2f}" for extension, factor in schedule)] if schedule else []
 
 
 def _friction_lines(gain: float | None) -> list[str]:

@@ -79,15 +79,15 @@ def test_a_feedback_that_needs_to_know_the_payload_is_seen(rig: Rig) -> None:
         OperatingPoint(linear_arm(rig, inches * INCH, pounds * POUND), 1.0, False) for inches, pounds in ((54, 45), (54, 75), (54, 0))
     ]
     bold = Servo(degrees(0.5), (), 1.0, 15.0)
-    assert worst_damping(places[:2], 0.001, bold) > 0.05
-    assert worst_damping(places[2:], 0.001, bold) < -0.03
-    assert worst_damping(places[2:], 0.001, servo_of(rig)) > 0.0
+    assert worst_damping(places[:2], 0.001, 0.002, bold) > 0.05
+    assert worst_damping(places[2:], 0.001, 0.002, bold) < -0.03
+    assert worst_damping(places[2:], 0.001, 0.002, servo_of(rig)) > 0.0
 
 
 @pytest.mark.slow
 def test_margins_over_amplitude_are_the_published_ones(rig: Rig) -> None:
     """Worst of 0.1, 0.3, 1 and 3 V with 1.5 ms: phase margin °, gain margin dB, M_s; the published plant has no valve hysteresis."""
-    problem = DesignProblem(amplitude_members(without_effect(rig, "valve_hysteresis"), HALF_HOLD_AND_SAMPLE_S))
+    problem = DesignProblem(amplitude_members(without_effect(rig, "valve_hysteresis"), HALF_HOLD_AND_SAMPLE_S, 36 * INCH))
     c = ((44.04, 440.4), LAG)
     for servo, phase, gain, peak in (
         (Servo(degrees(0.35)), 72.9, 14.9, 1.29),
