@@ -14,6 +14,7 @@ venv: .venv/installed
 .venv/installed: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "longreach needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) -V 2>&1). Next: make venv PYTHON=python3.11"; exit 1; }
+	@echo "setting up .venv with the locked libraries: about a minute, once"
 	@$(PYTHON) -m venv .venv || \
 	  { echo "$(PYTHON) cannot make .venv: its venv module is missing or this folder cannot be written." \
 	  "Next: apt-get install python3-venv (Debian, Ubuntu), then make venv"; exit 1; }

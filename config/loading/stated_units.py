@@ -8,6 +8,7 @@ from config.stated_sentences import Conversion
 from config.units import from_si, is_stored, written_unit
 
 _RATES = ("", "/s", "/s^2")
+_PAYLOAD = "payload"
 _IN_SENTENCES = ("Pa", "degC", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2")
 
 
@@ -46,9 +47,10 @@ def conversions(units: dict[str, str], stated: dict[str, str]) -> dict[str, Conv
 
 
 def sentence_units(text: str) -> dict[str, dict[str, Conversion]]:
-    """Joint or signal → SI unit → how the rig file states it: for sentences, which name both. Joints first, then the order of the file."""
-    stated = stated_units(text)
-    joints = parse(text, "rig.yaml").plain.get("joints", {})
-    owners = sorted(stated, key=lambda name: name not in joints)
+    """Joint, signal or payload → SI unit → how the rig file states it: for sentences, which name them. Joints first, then the order of
+    the file."""
+    stated, plain = stated_units(text), parse(text, "rig.yaml").plain
+    owners = sorted(stated, key=lambda name: name not in plain.get("joints", {}))
     found = {name: {unit: shown for unit in _IN_SENTENCES if (shown := conversion(unit, stated[name]))} for name in owners}
-    return {name: units for name, units in found.items() if units}
+    mass = conversion("kg", written_unit(plain.get("link_mode", {}).get(_PAYLOAD)))
+    return {name: units for name, units in found.items() if units} | ({_PAYLOAD: {"kg": mass}} if mass else {})

@@ -63,13 +63,14 @@ class Machine:
         return self.in_window < MARGIN * self.wishes.stop_after and self.largest_s < MARGIN * self.wishes.fault_late_s
 
     def text(self) -> str:
-        """One line: what was measured, and what the rig allows."""
+        """What was measured, and what the rig allows; in a second line what the operating system refused."""
         wishes = self.wishes
         many = f"{self.in_window}" if self.in_window <= wishes.stop_after else f"more than {wishes.stop_after}"  # not counted further
         return (
-            f"{self.cycles} cycles at {wishes.rate_Hz:.0f} Hz: woken {self.late_p99_s * 1e6:.0f} us late (p99), {self.overruns} overruns, "
-            f"{many} within {wishes.window_s:g} s (a run stops at {wishes.stop_after}), largest {self.largest_s * 1e3:.1f} ms "
-            f"(a fault at {wishes.fault_late_s * 1e3:.0f} ms)" + "".join(f"; {each}" for each in self.refused)
+            f"{self.cycles} cycles at {wishes.rate_Hz:.0f} Hz: 99 % began within {self.late_p99_s * 1e6:.0f} µs of their time; "
+            f"{self.overruns} overruns, {many} of them within {wishes.window_s:g} s (a run stops at {wishes.stop_after}); at most "
+            f"{self.largest_s * 1e3:.1f} ms late (a fault at {wishes.fault_late_s * 1e3:.0f} ms)"
+            + ("\n  refused by the operating system: " + "; ".join(self.refused) if self.refused else "")
         )
 
 

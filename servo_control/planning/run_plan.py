@@ -35,7 +35,7 @@ class TipMotion:
 
     def text(self) -> str:
         """One line for the operator."""
-        limit = "no limit in the rig file" if self.limit_mps2 is None else f"limit {self.limit_mps2:.3g} m/s^2"
+        limit = "no limit in the rig file" if self.limit_mps2 is None else f"limit {self.limit_mps2:.4g} m/s^2"
         return (
             f"the tip reaches {self.speed_mps:.3g} m/s ({self.planned_speed_mps:.3g} m/s planned{self._times()}); the tip's acceleration "
             f"across the link {self.acceleration_mps2:.3g} m/s^2 ({limit}); {self.joint} {100.0 * self.rate_share:.0f} % of its rate limit"

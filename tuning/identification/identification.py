@@ -50,9 +50,11 @@ class LinkFound:
 
 @dataclass(slots=True)
 class Identification:
-    """`hashes`: SHA-256 of every log by file name; `refused`: what could not be used, and why."""
+    """`rig_text`: the rig file in the first log; `hashes`: SHA-256 of every log by file name; `refused`: what could not be used, and
+    why."""
 
     rig: Rig
+    rig_text: str = ""
     hashes: dict[str, str] = field(default_factory=dict)
     responses: list[Response] = field(default_factory=list)
     bounds: list[Bounds] = field(default_factory=list)
@@ -67,7 +69,7 @@ def identify(paths: Sequence[Path], progress: Progress = lambda line: None) -> I
     for path in paths:
         progress(f"reading {path.name}")
         gathered.take(path)
-    found = Identification(gathered.rig(), gathered.hashes, refused=gathered.refused)
+    found = Identification(gathered.rig(), gathered.rig_text, gathered.hashes, refused=gathered.refused)
     found.responses = [_fitted(found.rig, combined(group)) for group in gathered.groups()]
     found.bounds = bounds([response.measured for response in found.responses])
     found.links = [_link(link, records) for link, records in gathered.by_payload()]
@@ -86,6 +88,7 @@ class _Gathered:
         self._rigs: list[Rig] = []
         self._excited: list[ExcitedRun] = []
         self._moves: list[tuple[LinkMode, TipRecord]] = []
+        self.rig_text = ""
         self.hashes: dict[str, str] = {}
         self.refused: list[str] = []
         self.steady: dict[str, list[Steady]] = {}
@@ -96,6 +99,7 @@ class _Gathered:
         if self._rigs and rig.name != self._rigs[0].name:
             raise LogError("the logs are of different rigs", value=rig.name, limit=self._rigs[0].name, where=str(path))
         self._rigs.append(rig)
+        self.rig_text = self.rig_text or log.attachments["rig.yaml"].decode()
         self.hashes[path.name] = hashlib.sha256(path.read_bytes()).hexdigest()
         why: list[str] = []
         excited = _try(log, excited_runs, why)

@@ -15,6 +15,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from config.loading.stated_units import sentence_units
+from config.stated_sentences import StatedSentences
 from config.whole_file import write_whole
 from tuning.arrays import Floats
 from tuning.identification.identification import Identification, Response
@@ -23,6 +25,7 @@ from tuning.oil.oil_table import as_override
 
 _STYLE = {"font.size": 13, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.5, "legend.fontsize": 9}
 _VARIED = {"amplitude": "amplitude", "extension_m": "extension", "oil_C": "oil temperature", "payload_kg": "payload", "all": "everything"}
+NOT_KNOWN = "damping not seen in these moves: `longreach identify --what map` measures it"
 _SIZE_IN, _DOTS_PER_INCH = (15.0, 8.5), 100
 _CSS = "body{font:16px/1.5 sans-serif;max-width:70em;margin:2em auto;padding:0 1em}img{max-width:100%}"
 
@@ -58,7 +61,7 @@ def label(response: Response) -> str:
     """Conditions of a response in few words."""
     at = response.measured.conditions
     amplitude = f"{at.amplitude:.2g} {'V' if at.on == 'command' else 'rad or m'}"
-    measured = ((at.extension_m, ".2f", "m"), (at.oil_C, ".0f", "°C"), (at.payload_kg, ".1f", "kg"))
+    measured = ((at.extension_m, ".4f", "m"), (at.oil_C, ".0f", "°C"), (at.payload_kg, ".3f", "kg"))
     return ", ".join(
         [f"{response.measured.source} {at.joint}: {amplitude}", *(f"{v:{d}} {unit}" for v, d, unit in measured if np.isfinite(v))]
     )
@@ -138,8 +141,13 @@ def _page(found: Identification, drawn: dict[str, bytes]) -> str:
     return f"{head}<h1>{escape(found.rig.name)}</h1>{lines}{pictures}"
 
 
-def summary(found: Identification) -> list[str]:
-    """What a reader at the terminal needs."""
+def summary(found: Identification, si: bool = False) -> list[str]:
+    """What a reader at the terminal needs, in the units of the rig file or in SI."""
+    sentences = StatedSentences({} if si else sentence_units(found.rig_text))
+    return [sentences.text(line) for line in _summary(found)]
+
+
+def _summary(found: Identification) -> list[str]:
     lines = [_response_line(response) for response in found.responses]
     lines += [
         f"bounds over {_VARIED[b.varied]} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees" for b in found.bounds
@@ -160,17 +168,22 @@ def summary(found: Identification) -> list[str]:
 
 def _map_lines(mapped: LinkMap) -> list[str]:
     lines = [
-        f"  {p.extension_m:.3f} m: {_rings(p)}link alone {p.clamped_Hz:.3f} ± {2 * p.clamped_sigma_Hz:.3f} Hz"
-        f" (rig file {p.believed_Hz:.3f}), damping {100 * p.damping_ratio:.2f} %"
+        f"  {p.extension_m:.4f} m: {_rings(p)}link alone {p.clamped_Hz:.3f} ± {2 * p.clamped_sigma_Hz:.3f} Hz"
+        f" (rig file {p.believed_Hz:.3f}){_damped(p)}"
         for p in mapped.points
     ]
     lag = f", accelerometer {1e3 * mapped.sensor_lag_s:.2f} ms behind the deflection sensor" if np.isfinite(mapped.sensor_lag_s) else ""
     ratio = 100.0 * (mapped.stiffness_ratio - 1.0)
+    damping = f"damping ratio {mapped.damping_ratio:.4f} ± {mapped.damping_uncertainty:.4f}"
     return [
         *lines,
-        f"  damping ratio {mapped.damping_ratio:.4f} ± {mapped.damping_uncertainty:.4f}{lag}",
+        f"  {damping if np.isfinite(mapped.damping_ratio) else NOT_KNOWN}{lag}",
         f"  with exactly the rig file's payload the link would be {abs(ratio):.1f} % {'stiffer' if ratio > 0 else 'softer'} than written",
     ]
+
+
+def _damped(point: MapPoint) -> str:
+    return f", damping {100 * point.damping_ratio:.2f} %" if np.isfinite(point.damping_ratio) else ""
 
 
 def _rings(point: MapPoint) -> str:

@@ -71,7 +71,7 @@ class DemoReport:
         timing = {name: row for name, row in self.timing.items() if self.clocks[name] == "wall"}
         if not timing:
             return None
-        table = Table(title="timing (phases: p50/p99/largest in us)", title_justify="left", header_style="bold")
+        table = Table(title="timing of the phases of a cycle, µs: median / 99 % / largest", title_justify="left", header_style="bold")
         table.add_column("")
         for name in timing:
             table.add_column(name, justify="right")

@@ -21,9 +21,10 @@ def first_screen(rig: Rig, filters: Sequence[str], out: Path) -> str:
     """What will happen and how long it takes."""
     return (
         f"The paper's straight line on the simulated {rig.name}, {len(filters)} times: {', '.join(filters)}.\n"
+        f"  what for       {filters[0]}, the link swings on after each move; the command filters of the other runs prevent it\n"
         "  what happens   the arm is armed, announces its motion, moves 30 in right, 60 in left, 30 in back, and is disarmed\n"
         "  how long       a minute and a half on the wall clock, less than a minute in lockstep (simulated time);\n"
-        "                 the first run on a computer compiles the simulation before: up to a minute more\n"
+        "                 the first run on a computer compiles the simulation first: up to a minute more\n"
         f"  what you get   a table of how much the tip still shakes after each move; logs and a plot in {out}/\n"
         "No hardware moves. Ctrl-C ends it."
     )
@@ -45,7 +46,7 @@ def last_screen(report: DemoReport) -> None:
     for command, what in (
         (f"{program()} log info {best}", "rig, run, timing and predicted vibration, from the log alone"),
         (f"{program()} log plot {best}", "joints, commands, tip and pressures as a picture"),
-        (f"{program()}d ornl_testbed", "the same rig for maneuvers of your own; in another terminal: longreach why"),
+        (f"{program()}d ornl_testbed", f"the same rig for maneuvers of your own; then, in another terminal: {program()} why"),
     ):
         print(f"  {command}\n      {what}")
 

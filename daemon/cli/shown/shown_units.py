@@ -26,12 +26,17 @@ def units_of_rig(arguments: argparse.Namespace, call: Callable[..., dict[str, An
         return {}
 
 
+def sentences_for(rig_text: str, si: bool) -> StatedSentences:
+    """For what is told of this rig file without a daemon."""
+    from config.loading.stated_units import sentence_units
+
+    return StatedSentences({} if si else sentence_units(rig_text))
+
+
 @contextmanager
 def stated_refusals(rig_text: str, si: bool) -> Iterator[None]:
     """What planning refuses here, without a daemon, in the units of the rig file."""
     try:
         yield
     except (ManeuverError, DaemonError) as error:
-        from config.loading.stated_units import sentence_units
-
-        raise StatedSentences({} if si else sentence_units(rig_text)).refusal(error) from error
+        raise sentences_for(rig_text, si).refusal(error) from error

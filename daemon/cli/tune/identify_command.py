@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from config.errors import ConfigError
 from daemon.cli.connection import add_json_option, connect
 from daemon.cli.shown.progress import progress_lines
+from daemon.cli.shown.shown_units import add_si_option
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -38,6 +39,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--by", default="", help="who identifies (default: this user and computer)")
     parser.add_argument("--valid-days", type=int, default=180, help="how long the record may be used (default 180)")
     parser.add_argument("--out", type=Path, default=Path("identified"), metavar="DIR", help="where the results go (default ./identified)")
+    add_si_option(parser)
     add_json_option(parser)
     parser.set_defaults(run_command=_identify)
 
@@ -60,9 +62,9 @@ def _identify(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({**as_dict(found), "record": str(record), "written": [str(path) for path in written]}))
         return 0
-    print("\n".join([*summary(found), f"written: {', '.join(map(str, written))}"]))
+    print("\n".join([*summary(found, arguments.si), f"written: {', '.join(map(str, written))}"]))
     if load_record(record).link is not None:
-        print(f"rig file: identified: {{record: {record}}}")
+        print(f"next: write this line into the rig file, then `longreach check` it:\n  identified: {{record: {record}}}")
     return 0
 
 

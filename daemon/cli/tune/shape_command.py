@@ -12,6 +12,7 @@ from daemon.cli.connection import add_json_option
 from daemon.cli.operate.motion_commands import maneuver_text
 from daemon.cli.shaper_option import shaper_request
 from daemon.cli.shown.progress import progress_lines
+from daemon.cli.shown.shown_units import add_si_option, sentences_for
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -30,6 +31,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--both-joints", action="store_true", help="filter both joints, so that the line stays straight")
     parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="draw residual over error")
     parser.add_argument("--ideal", action="store_true", help="judge on ideal joints; the runs are not simulated on the rig file's plant")
+    add_si_option(parser)
     add_json_option(parser)
     parser.set_defaults(run_command=_shape)
 
@@ -41,7 +43,8 @@ def _shape(arguments: argparse.Namespace) -> int:
     from tuning.shaper_choice.shape_plot import shape_plot
     from tuning.shaper_choice.shape_recommendation import recommend
 
-    rig = _loaded(arguments).rig
+    loaded = _loaded(arguments)
+    rig, sentences = loaded.rig, sentences_for(loaded.text, arguments.si)
     shaper = shaper_request(argparse.Namespace(**{**vars(arguments), "shaper": "none", "delay": None}), list(rig.joints))
     maneuvers = [requested_maneuver(maneuver_text(name), arguments.set)[0] for name in arguments.maneuver or ["paper_line"]]
     errors = tuple(arguments.error / 100.0 * share for share in (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0))
@@ -53,11 +56,14 @@ def _shape(arguments: argparse.Namespace) -> int:
         print(json.dumps(_answer(found)))
         return 0
     console().print(_table(found, arguments.error))
-    print("".join(f"{each.kind} cannot be used: {each.refused}\n" for each in found.candidates if each.refused), end="")
+    for each in found.candidates:
+        if each.refused:
+            print(f"{each.kind} cannot be used: {sentences.text(each.refused)}")
     print(found.why)
     if found.best.tip is not None:
-        print(f"with it {found.best.tip.text()}")
-    print(f"longreach start MANEUVER --shaper {found.chosen}")
+        print(f"with it {sentences.text(found.best.tip.text())}")
+    both = " --both-joints" if arguments.both_joints else ""
+    print(f"next: longreach start {(arguments.maneuver or ['paper_line'])[0]} --shaper {found.chosen}{both}")
     return 0
 
 

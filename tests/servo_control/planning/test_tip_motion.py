@@ -65,7 +65,7 @@ def test_the_line_that_the_operator_reads(testbed: Rig) -> None:
     told = json.loads(json.dumps(_line(testbed, "adaptive_zv").summary()))["tip"]
     text = TipMotion(**told).text()
     assert text.startswith("the tip reaches 0.33 m/s (0.254 m/s planned, × 1.30); the tip's acceleration across the link 0.781 m/s^2 ")
-    assert "(limit 39.2 m/s^2); prismatic " in text
+    assert "(limit 39.23 m/s^2); prismatic " in text
     free = TipMotion(**{**told, "limit_mps2": None, "speed_mps": 0.254}).text()
     assert "(0.254 m/s planned)" in free
     assert "no limit in the rig file" in free

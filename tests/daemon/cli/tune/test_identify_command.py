@@ -17,6 +17,10 @@ from daemon.lockstep import run_lockstep
 from recording.evaluation.replay import reexecute
 from recording.evaluation.vibration import hold_vibration, rms_mps2
 from recording.files.reader import read_log
+from tuning.identification.identification import Identification, LinkFound
+from tuning.identification.identify_plots import summary
+from tuning.link_and_payload.link_map import LinkMap, MapPoint
+from tuning.link_and_payload.payload import PayloadEstimate
 
 POUND = 0.45359237
 
@@ -100,6 +104,22 @@ def test_a_single_axis_is_identified_from_its_log(tmp_path: Path, capsys: pytest
     assert load_record(Path(answer["record"])).joints[0].extension_m is None
     assert main(["identify", "force_axis", "--out", str(tmp_path)]) == 1
     assert "longreach identify --log" in capsys.readouterr().err
+
+
+def test_the_summary_is_in_the_units_of_the_rig_file_and_leaves_out_what_was_not_seen() -> None:
+    """One move tells the link's frequency, not its damping."""
+    testbed = load_rig("ornl_testbed")
+    point = MapPoint(0.9144, np.nan, 4.104, np.nan, 0.004, 4.107, np.nan, 0)
+    payload = PayloadEstimate(45.1 * POUND, 0.2 * POUND, "balance", 9000)
+    link = LinkFound(45 * POUND, (payload,), LinkMap((point,), np.nan, np.nan, 1.001, np.nan), "")
+    lines = summary(Identification(testbed.rig, testbed.text, links=[link]))
+    assert lines[:2] == [
+        "payload 45.1 ± 0.2006 lb by balance (rig file 45 lb)",
+        "  36 in: link alone 4.104 ± 0.008 Hz (rig file 4.107)",
+    ]
+    assert "identify --what map" in lines[2]
+    assert "nan" not in "".join(lines)
+    assert "20.457 ± 0.091 kg" in summary(Identification(testbed.rig, testbed.text, links=[link]), si=True)[0]
 
 
 @pytest.mark.slow
