@@ -8,15 +8,17 @@ from config.stated_sentences import Conversion
 from config.units import from_si, is_stored, written_unit
 
 _RATES = ("", "/s", "/s^2")
+_OF_A_DISK = "1 MB"  # nobody reads 7e10 bytes
 _PAYLOAD = "payload"
 _IN_SENTENCES = ("Pa", "degC", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2")
 
 
 def stated_units(text: str) -> dict[str, str]:
-    """Signal or joint → the unit of its range in the rig file; those stated as bare numbers are left out."""
+    """Signal, joint or "disk space" → the unit of its range in the rig file; those stated as bare numbers are left out."""
     plain = parse(text, "rig.yaml").plain
     ranges = {name: (signal.get("low"), signal.get("high")) for name, signal in plain.get("signals", {}).items()}
     ranges |= {name: tuple(joint.get("travel", ())) for name, joint in plain.get("joints", {}).items()}
+    ranges["disk space"] = (plain.get("interlocks", {}).get("disk_free_min"), _OF_A_DISK)
     units = {name: next(filter(None, map(written_unit, values)), "") for name, values in ranges.items()}
     return {name: unit for name, unit in units.items() if unit}
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from config.errors import ConfigError, DaemonError, DriverError, LogError, LongreachError
+from config.errors import ConfigError, DaemonError, DriverError, LogError, LongreachError, ManeuverError
 
 _TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls) [^`]*)`")
 
@@ -39,7 +39,7 @@ def next_command(error: LongreachError, command: str, words: Sequence[str]) -> s
         typed = "longreach why"
     elif isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
         typed = f"longreach log check {shlex.quote(error.refusal.where)}"
-    elif isinstance(error, ConfigError):
+    elif isinstance(error, (ConfigError, ManeuverError)):
         typed = shlex.join(["longreach", *words])
     else:
         typed = f"longreach {command} --help"

@@ -74,7 +74,7 @@ class Keyboard:
             raise DaemonError(
                 "driving by keys needs a terminal",
                 value="no terminal",
-                next_step="Programs use longreach.drive: docs/guide/operate/drive-by-hand.md.",
+                next_step="Type `longreach jog` in a terminal; programs use longreach.drive: docs/guide/operate/drive-by-hand.md.",
             )
         self._input, self._output = sys.stdin.fileno(), sys.stdout.fileno()
         self._before: list[Any] = termios.tcgetattr(self._input)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from config.errors import EXIT_REFUSED, ConfigError
 from daemon.cli.connection import add_json_option
+from daemon.cli.shown.shown_units import add_si_option, sentences_for
 
 if TYPE_CHECKING:
     from config.migrating.migrate_file import MigratedFile
@@ -23,6 +24,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--migrate", action="store_true", help="first rewrite the keys of older versions in the file; comments stay, a copy is kept"
     )
+    add_si_option(parser)
     add_json_option(parser)
     parser.set_defaults(run_command=_check)
 
@@ -47,8 +49,9 @@ def _check(arguments: argparse.Namespace) -> int:
         print(json.dumps(answer | ({"migrated": dataclasses.asdict(moved)} if moved else {}), default=str))
         return EXIT_REFUSED if errors else 0
     table = Table(title=f"{loaded.path}: {loaded.rig.name}", title_justify="left", show_header=False)
+    sentences = sentences_for(loaded.text, arguments.si)
     for finding in findings:
-        table.add_row(_STYLE[finding.level], finding.text)
+        table.add_row(_STYLE[finding.level], sentences.text(finding.text))
     console().print(table)
     return EXIT_REFUSED if errors else 0
 
