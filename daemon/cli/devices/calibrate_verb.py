@@ -118,12 +118,12 @@ def _points(arguments: argparse.Namespace, signal: AnySignal, unit: str) -> list
 
 def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float], asked: list[tuple[str, str]]) -> list[ReferencePoint]:
     from config.units import to_si
-    from daemon.cli.devices.places import device
+    from daemon.cli.devices.device_numbers import device
     from tuning.sensor_calibration.line_fit import ReferencePoint
 
     points = []
     with device(of_rig(arguments.rig, signal.device)) as opened:
-        channel = [place.name for place in opened.places].index(signal.channel)
+        channel = [number.name for number in opened.numbers].index(signal.channel)
         for value, (text, counts) in zip(values, asked, strict=True):
             if counts:
                 points.append(ReferencePoint(value, to_si(counts, "")))
@@ -182,7 +182,7 @@ def _report(arguments: argparse.Namespace, found: SensorCalibration, loaded: Loa
 def _table(name: str, found: SensorCalibration, loaded: LoadedRig) -> list[str]:
     """The points, in the unit in which the file states the signal's range."""
     from config.loading.stated_units import stated_units
-    from daemon.cli.devices.places import scaling
+    from daemon.cli.devices.device_numbers import scaling
     from daemon.cli.shown.terminal import text_table
 
     before = scaling(name, loaded.rig.signals[name], stated_units(loaded.text))

@@ -10,7 +10,7 @@ from daemon.cli.connection import add_json_option
 from daemon.cli.devices.words import add_device
 
 if TYPE_CHECKING:
-    from daemon.cli.devices.places import Place
+    from daemon.cli.devices.device_numbers import DeviceNumber
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +22,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from config.errors import DriverError
-    from daemon.cli.devices.places import device
+    from daemon.cli.devices.device_numbers import device
     from daemon.cli.shown.terminal import text_table
 
     with device(arguments) as found:
@@ -31,30 +31,30 @@ def run(arguments: argparse.Namespace) -> int:
     if all(value is None for value in values):
         raise DriverError("nothing could be read", value="; ".join(problems), where=found.title)
     if arguments.json:
-        places = [_as_dict(place, value) for place, value in zip(found.places, values, strict=True)]
-        print(json.dumps({"device": found.title, "places": places, "problems": problems}))
+        listed = [_as_dict(number, value) for number, value in zip(found.numbers, values, strict=True)]
+        print(json.dumps({"device": found.title, "places": listed, "problems": problems}))
         return 0
     print(found.title)
-    rows = [[place.where, place.name, place.type, *shown(place, value)] for place, value in zip(found.places, values, strict=True)]
+    rows = [[number.where, number.name, number.type, *shown(number, value)] for number, value in zip(found.numbers, values, strict=True)]
     print("\n".join(text_table(["place", "name", "type", "raw", "value", "unit", "signal"], rows, left=(0, 1, 2, 5, 6))))
     for problem in problems:
         print(problem)
     return 0
 
 
-def shown(place: Place, value: float | str | None) -> list[str]:
+def shown(number: DeviceNumber, value: float | str | None) -> list[str]:
     """Raw, engineering value, unit, signal."""
     if value is None:
-        return ["no value", "", "", place.scaling.signal if place.scaling else ""]
+        return ["no value", "", "", number.scaling.signal if number.scaling else ""]
     raw = f"{value:.10g}" if isinstance(value, float) else value
-    if place.scaling is None or isinstance(value, str):
+    if number.scaling is None or isinstance(value, str):
         return [raw, "", "", ""]
-    return [raw, f"{place.scaling.value(value):.6g}", place.scaling.shown[0], place.scaling.signal]
+    return [raw, f"{number.scaling.value(value):.6g}", number.scaling.shown[0], number.scaling.signal]
 
 
-def _as_dict(place: Place, value: float | str | None) -> dict[str, Any]:
-    row: dict[str, Any] = {"place": place.where, "name": place.name, "type": place.type, "raw": value}
-    if place.scaling is not None:
-        scaled = place.scaling.value(value) if isinstance(value, float) else None
-        row |= {"signal": place.scaling.signal, "value": scaled, "unit": place.scaling.shown[0]}
+def _as_dict(number: DeviceNumber, value: float | str | None) -> dict[str, Any]:
+    row: dict[str, Any] = {"place": number.where, "name": number.name, "type": number.type, "raw": value}
+    if number.scaling is not None:
+        scaled = number.scaling.value(value) if isinstance(value, float) else None
+        row |= {"signal": number.scaling.signal, "value": scaled, "unit": number.scaling.shown[0]}
     return row

@@ -45,7 +45,7 @@ class Scaling:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class DeviceNumber:
     """`where`: object or register; `name`: of the dictionary or the rig file's channel."""
 
     where: str
@@ -59,7 +59,7 @@ class ReadDevice:
     """What is read, and what the device says it is."""
 
     title: str
-    places: list[Place]
+    numbers: list[DeviceNumber]
     source: Source
 
 
@@ -115,9 +115,9 @@ def _node(where: DeviceLinks, bus: CanBus, node: int, named: CanopenOptions | No
         listed = of_eds(Path(arguments.eds) if arguments.eds else None, who.profile, node)
         objects = _objects(where, named, listed, arguments)
         scalings = _scalings(where.rig, arguments.device)
-        places = [Place(each.place, each.name, each.type or "by size", scalings.get(each.name)) for each in objects]
+        numbers = [DeviceNumber(each.place, each.name, each.type or "by size", scalings.get(each.name)) for each in objects]
         with NodeReader(can_bus, node, arguments.device or f"{bus.channel}") as reader:
-            yield ReadDevice(_who(node, who), places, NodeSource(reader, objects))
+            yield ReadDevice(_who(node, who), numbers, NodeSource(reader, objects))
 
 
 def _who(node: int, who: Identity) -> str:
@@ -151,16 +151,16 @@ def _unit(options: TcpOptions | RtuOptions, scalings: Mapping[str, Scaling]) -> 
     source = UnitSource(options)
     try:
         link = " ".join(options.address().link)
-        places = [_register(name, channel, scalings.get(name)) for name, channel in options.channels.items()]
-        yield ReadDevice(f"{link}, unit {options.unit_id}", places, source)
+        numbers = [_register(name, channel, scalings.get(name)) for name, channel in options.channels.items()]
+        yield ReadDevice(f"{link}, unit {options.unit_id}", numbers, source)
     finally:
         source.close()
 
 
-def _register(name: str, channel: ModbusChannel, scaling: Scaling | None) -> Place:
+def _register(name: str, channel: ModbusChannel, scaling: Scaling | None) -> DeviceNumber:
     order = f", {channel.word_order} word first" if REGISTERS[channel.type] > 1 else ""
     words = order.replace("big word", "high word").replace("little word", "low word")
-    return Place(f"{channel.table} {channel.address}", name, f"{channel.type}{words}", scaling)
+    return DeviceNumber(f"{channel.table} {channel.address}", name, f"{channel.type}{words}", scaling)
 
 
 def _registers(line: TcpOptions | RtuOptions, arguments: argparse.Namespace) -> TcpOptions | RtuOptions:
