@@ -6,7 +6,7 @@ before it:
 - data: a log as it is: its channels and their faults, noise, windows
 - balance: equations formed from measurements alone, and what makes them uneven
 - fitting: the model on windows of a log: simulation, start states, cost, sensitivities, least squares
-- signatures: what each candidate would change in the residuals, freed of what the constants could do
+- signatures: what each candidate would change in the residuals, with the constants projected out
 - evidence: one score for effects and constants together, names with their probabilities
 - search: trials, acceptance, verdict, smallest visible sizes
 - maneuvers: which move or sensor would separate explanations

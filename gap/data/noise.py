@@ -41,7 +41,7 @@ def _floor(name: str, logs: Sequence[Measured], rig: Rig) -> float:
 
 
 def _repeated(name: str, logs: Sequence[Measured]) -> float:
-    """Half the variance of the difference of two runs of one maneuver, in stretches freed of a straight line; the median stretch, so
+    """Half the variance of the difference of two runs of one maneuver, in stretches without their straight line; the median stretch, so
     that a late start of one motion does not count. 0 without repeats."""
     found = [
         np.median(_differences(a, b, name))

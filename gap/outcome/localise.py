@@ -91,7 +91,7 @@ def _formed(logs: Sequence[Measured], rig: Rig) -> list[tuple[Measured, Balance]
 
 
 def _by_signature(screening: Screening | None, formed: Sequence[tuple[Measured, Balance]]) -> str:
-    """The equation whose effects explain most of the residual, freed of what the constants explain; none of those seen to hold."""
+    """The equation whose effects explain most of the residual with the constants projected out; none of those seen to hold."""
     held = {(balance.equation, balance.where) for _, balance in formed}
     shares = {key: share for key, share in (screening.shares_by_equation() if screening else {}).items() if key not in held}
     if not shares:

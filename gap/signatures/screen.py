@@ -1,4 +1,4 @@
-"""Which effects could explain the gap at all: sensitivity signatures, freed of what constants and initial states can do, before any fit.
+"""Which effects could explain the gap at all, before any fit: their signatures with constants and initial states projected out.
 
 Score of an effect: the share of residual and strain of the constants that the best multiple of one of its signatures takes away, all
 constants answering. Two effects whose signatures point the same way (|cos| > 0.95) cannot be told apart on these logs. The length of a
@@ -20,7 +20,7 @@ from gap.fitting.fit import Fit
 from gap.fitting.model import Model
 from gap.fitting.thinned import TO_SIZE, thinned
 from gap.signatures.candidates import Candidate
-from gap.signatures.freed import Probe, Remover, rows
+from gap.signatures.projection import Probe, Projection, rows
 
 SAME_DIRECTION = 0.95
 PARTNER = 0.9
@@ -123,15 +123,15 @@ def _screened(
     current: Fit, costs: Costing, found: Sequence[Candidate], groups: Sequence[list[Model]], seen_at: float, progress: Progress
 ) -> Screening:
     progress(f"screening {len(found)} candidate effects")
-    remover = Remover(current, costs)
-    plain = rows(current, remover, [model for group in groups for model in group])
-    freed = remover.remove(plain)
-    slopes, curvatures = remover.slopes(plain, freed), np.sum(plain * freed, axis=1)
-    ends, answers = np.cumsum([len(group) for group in groups])[:-1], remover.answers(plain)
-    parts = zip(found, groups, *(np.split(values, ends) for values in (freed, slopes, curvatures, answers)), strict=True)
-    scored = [_scored(c, [_point(c, *one) for one in zip(*tried, strict=True)], remover.energy, seen_at) for c, *tried in parts]
+    projection = Projection(current, costs)
+    plain = rows(current, projection, [model for group in groups for model in group])
+    left = projection.project_out(plain)
+    slopes, curvatures = projection.slopes(plain, left), np.sum(plain * left, axis=1)
+    ends, answers = np.cumsum([len(group) for group in groups])[:-1], projection.answers(plain)
+    parts = zip(found, groups, *(np.split(values, ends) for values in (left, slopes, curvatures, answers)), strict=True)
+    scored = [_scored(c, [_point(c, *one) for one in zip(*tried, strict=True)], projection.energy, seen_at) for c, *tried in parts]
     scored.sort(key=lambda s: -s.share)
-    directions = np.stack([s.leading for s in scored]) if scored else np.empty((0, freed.shape[1]))
+    directions = np.stack([s.leading for s in scored]) if scored else np.empty((0, left.shape[1]))
     return Screening(tuple(scored), directions @ directions.T)
 
 

@@ -11,7 +11,7 @@ from gap.fitting.evaluation import Costing
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
 from gap.fitting.thinned import TO_SIZE, thinned
-from gap.signatures.freed import Probe, Remover, probed
+from gap.signatures.projection import Probe, Projection, probed
 from gap.signatures.screen import Screening, Signature, placed
 
 ROUNDS = 3
@@ -25,14 +25,14 @@ def checked(screening: Screening, current: Fit, costs: Costing, seen_at: float) 
     """The screening with sizes tried out, each with the probe closest to it; an effect that does not reach the energy `seen_at` within its
     plausible range has none."""
     current, share = thinned(current, TO_SIZE)
-    remover, seen_at = Remover(current, costs), share * seen_at
+    projection, seen_at = Projection(current, costs), share * seen_at
     known = {k: [s.probe] for k, s in enumerate(screening.signatures) if s.probe and scalable(s)}
     for _ in range(ROUNDS):
         todo = {k: _next(trials, seen_at) for k, trials in known.items() if not _found(trials, seen_at)}
         models = {k: model for k, size in todo.items() if (model := sized(screening.signatures[k], size)) is not None}
         if not models:
             break
-        for k, probe in zip(models, probed(current, remover, list(models.values()), [todo[k] for k in models]), strict=True):
+        for k, probe in zip(models, probed(current, projection, list(models.values()), [todo[k] for k in models]), strict=True):
             known[k].append(probe)
     signatures = [
         _answered(s, known[k], seen_at) if k in known else s  # its first guess

@@ -26,7 +26,7 @@ from gap.search.search_state import GateSearch
 from gap.search.select import least_t
 from gap.search.settings import Settings
 from gap.signatures.candidates import candidates
-from gap.signatures.freed import Probe, Remover
+from gap.signatures.projection import Probe, Projection
 from tests.blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES, Case
 from tests.blind.one_case import commit, finder_digest, rig_text
 from tests.blind.truth.effects import EFFECTS
@@ -61,7 +61,7 @@ def measured(form: float, chambers: bool, seed: int) -> list[dict[str, Any]]:
 
 def claims_of_present(state: GateSearch) -> dict[Place, float]:
     """The size at which each effect of the rig file would have been named, had it been missing: from the signature of its first number,
-    freed of what all others can do, on the fit logs and on the hold-out."""
+    all others projected out, on the fit logs and on the hold-out."""
     model, found = state.current.model, dict[Place, float]()
     assert model.rig.plant is not None
     tried = len(candidates(model.rig, state.channels))
@@ -83,12 +83,12 @@ def _claim_of(state: GateSearch, mine: int, least: float) -> float:
         jacobian=tuple(j[others] for j in current.jacobian),
         columns=tuple(c[others] for c in current.columns),
     )
-    remover = Remover(less, state.costs)
-    row = remover.flat([c[mine] for c in current.columns])[None, :]
-    energy = max(float(np.sum(remover.remove(row) ** 2)), 1e-30)
+    projection = Projection(less, state.costs)
+    row = projection.flat([c[mine] for c in current.columns])[None, :]
+    energy = max(float(np.sum(projection.project_out(row) ** 2)), 1e-30)
     theta = current.model.theta.copy()
     theta[mine] += scale
-    probe = Probe(current.model.with_theta(theta), scale, energy, remover.answers(row)[0])
+    probe = Probe(current.model.with_theta(theta), scale, energy, projection.answers(row)[0])
     on_fit_logs = scale * float(np.sqrt(state.seen_at / energy))
     return Judge(less, state.seen, state.costs, least).least_sizes({0: probe}, {0: on_fit_logs})[0]
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gap.fitting.evaluation import Costing
-from gap.signatures.freed import Remover
+from gap.signatures.projection import Projection
 from gap.signatures.screen import TriedSize
 
 WINDOWS, VALUES, CONSTANTS, TAU = 4, 30, 5, 2.5
@@ -41,13 +41,13 @@ def test_slope_and_curvature_are_those_of_the_whole_problem(seed: int) -> None:
     draw = np.random.default_rng(seed)
     fit, columns, measured = fitted(draw)
     row = draw.normal(size=(1, WINDOWS * VALUES)) + columns[:1]
-    remover = Remover(fit, Costing(np.array([1e9]), TAU))
-    freed = remover.remove(row)
-    slope, curvature = float(remover.slopes(row, freed)[0]), float(np.sum(row * freed))
+    projection = Projection(fit, Costing(np.array([1e9]), TAU))
+    left = projection.project_out(row)
+    slope, curvature = float(projection.slopes(row, left)[0]), float(np.sum(row * left))
     without = least(columns, np.ones(CONSTANTS), measured)
     with_it = least(np.vstack([columns, row]), np.append(np.ones(CONSTANTS), 0.0), measured)
     assert slope**2 / curvature == pytest.approx(without - with_it, rel=1e-6)
-    assert remover.energy == pytest.approx(without, rel=1e-9)
+    assert projection.energy == pytest.approx(without, rel=1e-9)
 
 
 def test_an_effect_that_would_have_to_be_less_than_nothing_explains_nothing() -> None:

@@ -1,4 +1,4 @@
-"""Signatures: how a model's readings differ from the current ones, freed of what the free constants can do within their priors."""
+"""Signatures: how a model's readings differ from the current ones, what the free constants can do within their priors projected out."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Probe:
     answers: Array  # of every constant, in its scale
 
 
-class Remover:
-    """Takes out of a vector what the free constants can do within their priors."""
+class Projection:
+    """What the free constants can do within their priors, to be projected out of signatures."""
 
     def __init__(self, current: Fit, costs: Costing) -> None:
         self._roots = [np.sqrt(weights(e, costs)) for e in current.evaluations]
@@ -42,23 +42,23 @@ class Remover:
         """One vector of the experiments' residuals, single bad samples weighted down."""
         return np.concatenate([(part * root).ravel() for part, root in zip(parts, self._roots, strict=True)])
 
-    def remove(self, rows: Array) -> Array:
+    def project_out(self, rows: Array) -> Array:
         return np.asarray(rows - self.answers(rows) @ self._columns)
 
     def answers(self, rows: Array) -> Array:
         """What the constants do of each row, in their scales: rows × constants."""
         return np.asarray((rows @ self._columns.T) @ self._inverse)
 
-    def slopes(self, rows: Array, freed: Array) -> Array:
+    def slopes(self, rows: Array, left: Array) -> Array:
         """How much of each row the residual holds, and how far the constants' answer to it leads them back to their priors."""
         back = (self._inverse @ self._strain) @ self._columns  # one product with it, not one per constant and row
-        return np.asarray(freed @ self._residual + rows @ back)
+        return np.asarray(left @ self._residual + rows @ back)
 
 
-def rows(current: Fit, remover: Remover, models: Sequence[Model]) -> Array:
+def rows(current: Fit, projection: Projection, models: Sequence[Model]) -> Array:
     """Signature of every model against the current one: models × values."""
     parts = changes(current, models)
-    return np.stack([remover.flat([part[k] for part in parts]) for k in range(len(models))])
+    return np.stack([projection.flat([part[k] for part in parts]) for k in range(len(models))])
 
 
 def changes(current: Fit, models: Sequence[Model]) -> list[Array]:
@@ -70,11 +70,11 @@ def changes(current: Fit, models: Sequence[Model]) -> list[Array]:
     return parts
 
 
-def probed(current: Fit, remover: Remover, models: Sequence[Model], sizes: Sequence[float]) -> list[Probe]:
+def probed(current: Fit, projection: Projection, models: Sequence[Model], sizes: Sequence[float]) -> list[Probe]:
     """Models with an effect at these sizes."""
-    plain = rows(current, remover, models)
-    energies = np.sum(remover.remove(plain) ** 2, axis=1)
-    return [Probe(*one) for one in zip(models, sizes, energies.tolist(), remover.answers(plain), strict=True)]
+    plain = rows(current, projection, models)
+    energies = np.sum(projection.project_out(plain) ** 2, axis=1)
+    return [Probe(*one) for one in zip(models, sizes, energies.tolist(), projection.answers(plain), strict=True)]
 
 
 def weights(evaluation: Evaluation, costs: Costing) -> Array:
