@@ -19,7 +19,7 @@ BOOTSTRAPS = 200
 _BLOCK = 10  # neighbouring supports drawn together
 _LEAST = 8  # supports a bin
 _SHOWN = 3
-CLEAR = 4.0  # standard errors between the extreme bins of a dependence worth telling
+CLEAR_CONTRAST = 4.0  # standard errors between the extreme bins of a dependence worth telling
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ def dependences(balance: Balance, log: Measured, rig: Rig, seed: int = 0) -> lis
     found = [
         d for name, values in operating_variables(log, rig).items() if (d := _binned(balance, name, values[balance.rows], seed)) is not None
     ]
-    clear = sorted((d for d in found if d.contrast > CLEAR), key=lambda d: -d.contrast)
+    clear = sorted((d for d in found if d.contrast > CLEAR_CONTRAST), key=lambda d: -d.contrast)
     return clear[:_SHOWN]
 
 

@@ -31,7 +31,7 @@ FACTORS = {
     "m/s² for g": 9.80665,
 }
 CLOSE = 0.08  # relative, of a slope to such a factor
-ALIKE = 0.8  # correlation of measured and simulated changes
+LEAST_CORRELATION = 0.8  # correlation of measured and simulated changes
 SWAPPED = 0.25  # share of the cost that is left when two channels change places
 LARGEST_LAG_S = 0.1
 LEAST_LAG_ROWS = 1.5  # samples compared
@@ -66,10 +66,10 @@ def _one(evaluation: Evaluation, name: str, measured: Array, simulated: Array) -
     correlation = float(np.sum(measured * simulated) / np.sqrt(np.sum(measured**2) * np.sum(simulated**2)))
     slope = float(np.sum(measured * simulated) / np.sum(simulated**2))
     unit = next((word for word, factor in FACTORS.items() if abs(abs(slope) / factor - 1) < CLOSE), None)
-    if abs(correlation) > ALIKE and unit:
+    if abs(correlation) > LEAST_CORRELATION and unit:
         what = f"its changes are {abs(slope):.4g} times what the plant predicts, {span}: {unit}?"
         yield DataProblem(what, name, path, True)
-    elif correlation < -ALIKE:
+    elif correlation < -LEAST_CORRELATION:
         yield DataProblem(f"moves against the simulation (correlation {correlation:.2f}), {span}: sign of the sensor", name, path, False)
     elif (lag_s := _lag(evaluation, measured, simulated)) is not None:
         late = f"{1e3 * abs(lag_s):.3g} ms {'late' if lag_s > 0 else 'early'}"
@@ -83,7 +83,7 @@ def _lag(evaluation: Evaluation, measured: Array, simulated: Array) -> float | N
     shifts = np.arange(-most, most + 1)
     curve = np.array([_at(measured, simulated, int(shift)) for shift in shifts])
     best = int(np.argmax(curve))
-    if not 0 < best < len(curve) - 1 or curve[best] < ALIKE or curve[best] < curve[most] + LEAST_LAG_GAIN:
+    if not 0 < best < len(curve) - 1 or curve[best] < LEAST_CORRELATION or curve[best] < curve[most] + LEAST_LAG_GAIN:
         return None
     bend = curve[best - 1] - 2 * curve[best] + curve[best + 1]
     shift = shifts[best] + 0.5 * (curve[best - 1] - curve[best + 1]) / bend

@@ -23,7 +23,7 @@ from sim_backend.kernel.batch import carry
 from sim_backend.memory.layout import Vector
 
 HEAT_KNOWN = 0.25  # relative accuracy of simulated changes: heat capacities and losses are assumed constants
-CLEAR = 3.0  # standard deviations
+AGREE_WITHIN = 3.0  # standard deviations
 _THIRD = 3
 
 
@@ -41,7 +41,7 @@ class Warming:
 
     @property
     def agrees(self) -> bool:
-        return abs(self.measured_K - self.simulated_K) <= CLEAR * self.sd_K
+        return abs(self.measured_K - self.simulated_K) <= AGREE_WITHIN * self.sd_K
 
     def as_dict(self) -> dict[str, Any]:
         numbers = {"measured_change": self.measured_K, "simulated_change": self.simulated_K, "rms": self.rms_K, "offset": self.offset_K}

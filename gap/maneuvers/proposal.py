@@ -12,7 +12,7 @@ from gap.maneuvers.designs import ManeuverDesign
 from gap.maneuvers.extra_sensor import ExtraSensor
 from gap.maneuvers.separation import Separation
 
-LEAST_T = 9.0  # below this the two are the same to the maneuver, whatever is fitted
+LEAST_SEPARATION = 9.0  # below this the two are the same to the maneuver, whatever is fitted
 WANTED_T = 5.0
 MOST_REPEATS = 10
 
@@ -27,7 +27,7 @@ class Pair:
     @property
     def repeats(self) -> int | None:
         """Runs needed for t > 5; None when that is too many, or the two are the same to the maneuver."""
-        if self.separation.T < LEAST_T or self.separation.t <= 0.0:
+        if self.separation.T < LEAST_SEPARATION or self.separation.t <= 0.0:
             return None
         needed = int(np.ceil((WANTED_T / self.separation.t) ** 2))
         return needed if needed <= MOST_REPEATS else None

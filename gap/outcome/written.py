@@ -18,7 +18,7 @@ from gap.search.search_state import GateSearch
 from gap.search.trial import FLOOR, effects
 from gap.search.verdict import Verdict, confidence
 
-ALIKE = 1.03  # ratio of hold-out costs up to which the model with fewer changes is preferred
+COST_AS_GOOD = 1.03  # ratio of hold-out costs up to which the model with fewer changes is preferred
 
 
 def widths_of(state: GateSearch, half_width: Array) -> dict[str, float]:
@@ -38,7 +38,7 @@ def leanest(state: GateSearch, half_width: Array, progress: Progress) -> Model:
         known = [e.projection for e in state.current.evaluations]
         done = fit(smaller, state.experiments, state.costs, range(len(numbers)), jacobian, 4, known) if numbers else None
         reached = mean_cost(again(state, done.model)) if done else np.inf
-        if done and reached <= max(ALIKE * state.cost, FLOOR):
+        if done and reached <= max(COST_AS_GOOD * state.cost, FLOOR):
             progress(f"{len(numbers) - len(sizes)} changed constants suffice: hold-out {reached:.4g} noise floors")
             return done.model
     return model
@@ -101,7 +101,7 @@ class Writer:
             lean = leanest(state, confidence(state.current, state.costs), self.progress)
         text = improved(self.loaded.text, lean, (), {}, ())
         file = ImprovedFile(text, lean, again(state, file_model(text)))
-        return file if ALIKE * file.cost < mean_cost(self.nominal) else self.unchanged()
+        return file if COST_AS_GOOD * file.cost < mean_cost(self.nominal) else self.unchanged()
 
 
 def _without_names(state: GateSearch) -> GateSearch:

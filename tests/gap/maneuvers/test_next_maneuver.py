@@ -16,7 +16,7 @@ from gap.maneuvers.designs import ManeuverDesign, designs
 from gap.maneuvers.extra_sensor import ExtraSensor, extra_sensors, with_sensors
 from gap.maneuvers.matching import matched
 from gap.maneuvers.next_maneuver import _Course, next_maneuver
-from gap.maneuvers.proposal import LEAST_T, Pair, Proposal
+from gap.maneuvers.proposal import LEAST_SEPARATION, Pair, Proposal
 from gap.maneuvers.rivals import no_effect, rival_of
 from gap.maneuvers.separation import Rival, Separation
 from sim_backend.kernel.batch import quiet as quiet_sensors
@@ -163,7 +163,7 @@ def test_a_late_command_and_a_late_encoder_need_another_sensor() -> None:
     found = course.soonest([wave, next(d for d in forms if d.name == "fast_strokes")])
     assert found is not None
     assert found.repeats is None
-    assert max(pair.separation.T for pair in found.pairs) < LEAST_T
+    assert max(pair.separation.T for pair in found.pairs) < LEAST_SEPARATION
     asked = course.best_sensor(found)
     assert asked.as_dict()["sensor"] == ["axis.second_position"]
     assert asked.repeats == 1
