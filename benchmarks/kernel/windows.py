@@ -12,7 +12,7 @@ import numpy as np
 
 from config.loading.load import load_rig
 from sim_backend.kernel.batch import WindowPlan, carry, quiet, restart
-from sim_backend.memory.layout import TARGETS, D, Vector
+from sim_backend.memory.layout import TARGETS, D, Target, Vector
 from sim_backend.plant import SimulatedRig
 
 PERIOD_S, LOG_S = 1e-3, 24.0
@@ -41,7 +41,7 @@ def _plan(sim: SimulatedRig) -> WindowPlan:
     motion = sim.run(commands, PERIOD_S)
     targets = np.full((t.size, TARGETS), np.nan)
     for slot, joint in enumerate(("rotary", "prismatic")):
-        targets[:, slot], targets[:, 2 + slot] = motion[f"{joint}.position"], motion[f"{joint}.velocity"]
+        targets[:, Target.POSITION + slot], targets[:, Target.VELOCITY + slot] = motion[f"{joint}.position"], motion[f"{joint}.velocity"]
     starts = np.arange(BURN_IN, t.size - ROWS, ROWS)
     return WindowPlan(commands, starts, ROWS, EVERY, PERIOD_S, targets)
 

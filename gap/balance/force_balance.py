@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from config.schema.effect import Hook
-from gap.balance.log_signals import LogSignals, mass_matrix, spool
+from gap.balance.log_signals import Inertia, LogSignals, mass_matrix, spool
 from gap.balance.weak_form import Bump, Sum, supports
 from gap.data.measured import Array
 from sim_backend.memory.layout import J_START, J_STRIDE, C, J, Kind
@@ -15,6 +15,9 @@ from sim_backend.physics.gravity import weight
 from sim_backend.physics.laws import LAWS
 from sim_backend.physics.table import table_force
 from sim_backend.physics.valve import beyond_overlap
+
+_OF_TURNING = {Inertia.TURN: "rotary.position", Inertia.TURN_EXTEND: "prismatic.position", Inertia.TURN_BEND_1: "tip.deflection"}
+_OF_EXTENDING = {Inertia.EXTEND: "prismatic.position", Inertia.TURN_EXTEND: "rotary.position", Inertia.EXTEND_BEND_1: "tip.deflection"}
 
 
 def force_balance(log: LogSignals, joint: str, test: Bump, starts: NDArray[np.int64]) -> tuple[Sum, Array]:
@@ -90,9 +93,8 @@ def _lawful(log: LogSignals, joint: str, j: int) -> Array:
 def _arm_inertia(log: LogSignals, slot: int, done: Sum, test: Bump, starts: NDArray[np.int64]) -> None:
     """Inertia of a joint of the arm, with the mass matrix of each support's middle."""
     m = mass_matrix(log, starts, test.rows)
-    own, cross, bend, bias = (m[:, 0], m[:, 1], m[:, 2], m[:, 10]) if slot == 0 else (m[:, 4], m[:, 1], m[:, 5], m[:, 11])
-    names = ("rotary.position", "prismatic.position") if slot == 0 else ("prismatic.position", "rotary.position")
-    for factor, name in ((own, names[0]), (cross, names[1]), (bend, "tip.deflection")):
+    columns, bias = (_OF_TURNING, Inertia.TURN_BIAS) if slot == 0 else (_OF_EXTENDING, Inertia.EXTEND_BIAS)
+    for column, name in columns.items():
         if name in log.signals:
-            done.add(-factor, test.acceleration, supports(log.signals[name], starts, test.rows), log.sigma[name])
-    done.total = done.total - bias
+            done.add(-m[:, column], test.acceleration, supports(log.signals[name], starts, test.rows), log.sigma[name])
+    done.total = done.total - m[:, bias]

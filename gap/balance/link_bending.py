@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from config.schema.effect import Hook
-from gap.balance.log_signals import LogSignals, mass_matrix, rate
+from gap.balance.log_signals import Inertia, LogSignals, mass_matrix, rate
 from gap.balance.weak_form import Bump, Sum, supports
 from gap.data.measured import Array
 from sim_backend.memory.layout import C
@@ -23,8 +23,9 @@ def link_bending(log: LogSignals, where: str, test: Bump, starts: NDArray[np.int
         done.add(-1.0, test.value, tip, noise)
         return done, always
     m = mass_matrix(log, starts, rows)
-    for factor, name in ((m[:, 2], "rotary.position"), (m[:, 5], "prismatic.position"), (m[:, 7], "tip.deflection")):
-        done.add(-factor, test.acceleration, supports(log.signals[name], starts, rows), log.sigma[name])
+    names = {Inertia.TURN_BEND_1: "rotary.position", Inertia.EXTEND_BEND_1: "prismatic.position", Inertia.BEND_1: "tip.deflection"}
+    for column, name in names.items():
+        done.add(-m[:, column], test.acceleration, supports(log.signals[name], starts, rows), log.sigma[name])
     stiffness = p[C.BENDING_STIFFNESS] * K11 / length**3
     done.add(-stiffness, test.value, tip, noise)
     damping = np.array([damping_factor(value, p) for value in length]) * K11
@@ -32,7 +33,7 @@ def link_bending(log: LogSignals, where: str, test: Bump, starts: NDArray[np.int
     if Hook.BENDING in LAWS:
         done.add(1.0, test.value, supports(_lawful(log), starts, rows))
     middle = log.signals["tip.deflection"][starts + rows // 2]
-    done.total = done.total - (m[:, 12] - stiffness * middle)  # what is left of the bias without the elastic force: Coriolis, centrifugal
+    done.total = done.total - (m[:, Inertia.BEND_1_BIAS] - stiffness * middle)  # the bias without its elastic force
     return done, always
 
 

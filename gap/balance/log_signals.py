@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,25 @@ class LogSignals:
     pressed: Mapping[str, NDArray[np.bool_]]  # on the end of its travel
     sigma: Mapping[str, float]
     period_s: float
+
+
+class Inertia(IntEnum):
+    """Columns of `mass_matrix`: what mass_and_bias returns for (θ, L, η₁, η₂), SI."""
+
+    TURN = 0
+    TURN_EXTEND = 1
+    TURN_BEND_1 = 2
+    TURN_BEND_2 = 3
+    EXTEND = 4
+    EXTEND_BEND_1 = 5
+    EXTEND_BEND_2 = 6
+    BEND_1 = 7
+    BEND_1_BEND_2 = 8
+    BEND_2 = 9
+    TURN_BIAS = 10
+    EXTEND_BIAS = 11
+    BEND_1_BIAS = 12
+    BEND_2_BIAS = 13
 
 
 def log_signals(log: Measured, rig: Rig, sigma: Mapping[str, float]) -> LogSignals:
@@ -61,7 +81,7 @@ def spool(log: LogSignals, joint: str, j: int) -> Array:
 
 
 def mass_matrix(log: LogSignals, starts: NDArray[np.int64], rows: int) -> Array:
-    """Mass matrix and biases of the arm in the middle of every support (supports × 14, order of mass_and_bias)."""
+    """Mass matrix and biases of the arm in the middle of every support (supports × columns of Inertia)."""
     first, second = log.velocity["rotary"], log.velocity["prismatic"]
     length = log.signals["prismatic.position"]
     tip = log.signals.get("tip.deflection", np.zeros_like(length))
