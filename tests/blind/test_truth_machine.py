@@ -1,4 +1,4 @@
-"""The hidden machine's hydraulics and friction against closed forms of physics.md; the log it writes against the contract."""
+"""The hidden machine's hydraulics and friction against closed forms of docs/method/plant.md; the log it writes against the contract."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def driven(m: Machine, volts: tuple[float, float], seconds: float, start: tuple[
 
 
 def test_cylinder_extends_faster_than_it_retracts() -> None:
-    """Symmetric valve on areas of ratio r: v_ext / v_ret = 1/√r, pressures of physics.md §2.3."""
+    """Symmetric valve on areas of ratio r: v_ext / v_ret = 1/√r, pressures of (P10)."""
     m = machine(NUMBERS | SMOOTH | TIGHT)
     out, back = driven(m, (0.0, 2.0), 0.8), driven(m, (0.0, -2.0), 0.8)
     earlier = driven(m, (0.0, 2.0), 0.4), driven(m, (0.0, -2.0), 0.4)  # speeds over 0.4 s: the piston rings on its oil
@@ -45,7 +45,7 @@ def test_cylinder_extends_faster_than_it_retracts() -> None:
 
 
 def test_small_signal_gain_of_the_rotary_joint() -> None:
-    """43.09 deg/s per volt without dry friction (physics.md §2.7)."""
+    """43.09 deg/s per volt without dry friction (set R of docs/method/plant.md)."""
     y = driven(machine(NUMBERS | SMOOTH | {"rotary.viscous_share": 0.0}), (0.1, 0.0), 2.0)
     assert np.degrees(y[W]) == pytest.approx(4.309, rel=0.01)
 

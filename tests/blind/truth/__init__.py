@@ -1,4 +1,4 @@
-"""The hidden machine: an own plant in plain numpy and numba after physics.md §2 and §5. Imports nothing of the finder or its kernel."""
+"""The hidden machine: an own plant in plain numpy and numba after docs/method/plant.md. Imports nothing of the finder or its kernel."""
 
 import hashlib
 import tempfile

@@ -2,7 +2,7 @@
 
 SLIP: Maxwell-slip (Iwan): parallel springs that slip at their share of the Stribeck level g(v); presliding remembers its turns.
 RIGID: set-valued, no presliding at all; an impulse within ±h g that stops the joint if it can (Moreau's time stepping).
-BRISTLE: LuGre as in physics.md §2.6.
+BRISTLE: LuGre as (P14) to (P16) of docs/method/plant.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Valve, chambers and supply of the hidden machine (physics.md §2.1 to §2.5), as rates of change."""
+"""Valve, chambers and supply of the hidden machine ((P1) to (P13) of docs/method/plant.md), as rates of change."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def land(x, j):
 
 @njit(cache=True)
 def bulk_modulus(gauge_Pa, temperature_C, m, j):
-    """β_e of physics.md §2.4."""
+    """β_e, (P8) and (P9) of docs/method/plant.md, Pa."""
     absolute = max(gauge_Pa, m.vapour) + ATMOSPHERE_PA
     warmer = temperature_C - 40.0
     liquid = m.bulk * (1.0 + j.bulk_slope * warmer) + m.bulk_pressure * gauge_Pa

@@ -1,7 +1,7 @@
-"""Rotation, extension and three bending shapes of the sliding link, by Lagrange from one mass matrix (physics.md §5.1, §5.2).
+"""Rotation, extension and three bending shapes of the sliding link, by Lagrange from one mass matrix.
 
 T = ½ wᵀM(q)w with w = (θ̇, L̇, η̇); the velocity forces are Ṁw − ½ ∂(wᵀMw)/∂q, formed from ∂M/∂q. Shapes over ξ = x/L: the two of
-physics.md §5.2 and ψ₃ = ξ²(1−ξ)(1−2ξ), which the finder's model does not have. u(x,t) and the frame are those of §5.1.
+(P22) of docs/method/plant.md and ψ₃ = ξ²(1−ξ)(1−2ξ), which the finder's model does not have. u(x,t) and the frame: (P22), (P23).
 """
 
 from __future__ import annotations

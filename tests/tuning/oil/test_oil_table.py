@@ -40,7 +40,7 @@ def test_the_line_goes_through_the_steady_state_by_hand(rig: Rig, temperature_C:
 
 
 def test_the_ways_of_a_cylinder_differ_by_the_root_of_its_areas(rig: Rig) -> None:
-    """2 in bore, 1 in rod: √(4/3) (physics.md §2.3); viscous friction and leakage add a little. Within 3 % at every temperature."""
+    """2 in bore, 1 in rod: √(4/3), (P10) of docs/method/plant.md, at every temperature; viscous friction and leakage add under 3 %."""
     for row in oil_table(rig, "prismatic", [20.0, 60.0]):
         assert row.slope_back / row.slope == pytest.approx(sqrt(4.0 / 3.0), rel=0.03)
 
