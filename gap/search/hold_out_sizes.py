@@ -23,7 +23,7 @@ from gap.fitting.simulate import remembering, some
 from gap.fitting.thinned import TO_SIZE, thinned
 from gap.search.select import least_t, passes
 from gap.search.trial import excess
-from gap.signatures.projection import Probe, Projection, changes, probed
+from gap.signatures.projection import ConstantsProjection, Probe, changes, probed
 from gap.signatures.screen import Screening
 from gap.signatures.visible import scalable, sized
 
@@ -61,7 +61,7 @@ class Judge:
 
     def __init__(self, current: Fit, seen: Sequence[Evaluation], costs: Costing, least: float) -> None:
         self._fitted, _ = thinned(current, TO_SIZE)
-        self._projection = Projection(self._fitted, costs)
+        self._projection = ConstantsProjection(self._fitted, costs)
         few, share = _fewer(current.model, seen, costs)
         self._held = unfitted(current.model, few, costs)
         self._least = least * float(np.sqrt(share))

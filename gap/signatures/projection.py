@@ -25,7 +25,7 @@ class Probe:
     answers: Array  # of every constant, in its scale
 
 
-class Projection:
+class ConstantsProjection:
     """What the free constants can do within their priors, to be projected out of signatures."""
 
     def __init__(self, current: Fit, costs: Costing) -> None:
@@ -55,7 +55,7 @@ class Projection:
         return np.asarray(left @ self._residual + rows @ back)
 
 
-def rows(current: Fit, projection: Projection, models: Sequence[Model]) -> Array:
+def rows(current: Fit, projection: ConstantsProjection, models: Sequence[Model]) -> Array:
     """Signature of every model against the current one: models × values."""
     parts = changes(current, models)
     return np.stack([projection.flat([part[k] for part in parts]) for k in range(len(models))])
@@ -70,7 +70,7 @@ def changes(current: Fit, models: Sequence[Model]) -> list[Array]:
     return parts
 
 
-def probed(current: Fit, projection: Projection, models: Sequence[Model], sizes: Sequence[float]) -> list[Probe]:
+def probed(current: Fit, projection: ConstantsProjection, models: Sequence[Model], sizes: Sequence[float]) -> list[Probe]:
     """Models with an effect at these sizes."""
     plain = rows(current, projection, models)
     energies = np.sum(projection.project_out(plain) ** 2, axis=1)

@@ -20,7 +20,7 @@ from gap.fitting.fit import Fit
 from gap.fitting.model import Model
 from gap.fitting.thinned import TO_SIZE, thinned
 from gap.signatures.candidates import Candidate
-from gap.signatures.projection import Probe, Projection, rows
+from gap.signatures.projection import ConstantsProjection, Probe, rows
 
 SAME_DIRECTION = 0.95
 PARTNER = 0.9
@@ -123,7 +123,7 @@ def _screened(
     current: Fit, costs: Costing, found: Sequence[Candidate], groups: Sequence[list[Model]], seen_at: float, progress: Progress
 ) -> Screening:
     progress(f"screening {len(found)} candidate effects")
-    projection = Projection(current, costs)
+    projection = ConstantsProjection(current, costs)
     plain = rows(current, projection, [model for group in groups for model in group])
     left = projection.project_out(plain)
     slopes, curvatures = projection.slopes(plain, left), np.sum(plain * left, axis=1)

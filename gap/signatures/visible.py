@@ -11,7 +11,7 @@ from gap.fitting.evaluation import Costing
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
 from gap.fitting.thinned import TO_SIZE, thinned
-from gap.signatures.projection import Probe, Projection, probed
+from gap.signatures.projection import ConstantsProjection, Probe, probed
 from gap.signatures.screen import Screening, Signature, placed
 
 ROUNDS = 3
@@ -25,7 +25,7 @@ def checked(screening: Screening, current: Fit, costs: Costing, seen_at: float) 
     """The screening with sizes tried out, each with the probe closest to it; an effect that does not reach the energy `seen_at` within its
     plausible range has none."""
     current, share = thinned(current, TO_SIZE)
-    projection, seen_at = Projection(current, costs), share * seen_at
+    projection, seen_at = ConstantsProjection(current, costs), share * seen_at
     known = {k: [s.probe] for k, s in enumerate(screening.signatures) if s.probe and scalable(s)}
     for _ in range(ROUNDS):
         todo = {k: _next(trials, seen_at) for k, trials in known.items() if not _found(trials, seen_at)}

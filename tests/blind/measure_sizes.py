@@ -26,7 +26,7 @@ from gap.search.search_state import GateSearch
 from gap.search.select import least_t
 from gap.search.settings import Settings
 from gap.signatures.candidates import candidates
-from gap.signatures.projection import Probe, Projection
+from gap.signatures.projection import ConstantsProjection, Probe
 from tests.blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES, Case
 from tests.blind.one_case import commit, finder_digest, rig_text
 from tests.blind.truth.effects import EFFECTS
@@ -83,7 +83,7 @@ def _claim_of(state: GateSearch, mine: int, least: float) -> float:
         jacobian=tuple(j[others] for j in current.jacobian),
         columns=tuple(c[others] for c in current.columns),
     )
-    projection = Projection(less, state.costs)
+    projection = ConstantsProjection(less, state.costs)
     row = projection.flat([c[mine] for c in current.columns])[None, :]
     energy = max(float(np.sum(projection.project_out(row) ** 2)), 1e-30)
     theta = current.model.theta.copy()

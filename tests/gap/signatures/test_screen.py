@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gap.fitting.evaluation import Costing
-from gap.signatures.projection import Projection
+from gap.signatures.projection import ConstantsProjection
 from gap.signatures.screen import TriedSize
 
 WINDOWS, VALUES, CONSTANTS, TAU = 4, 30, 5, 2.5
@@ -41,7 +41,7 @@ def test_slope_and_curvature_are_those_of_the_whole_problem(seed: int) -> None:
     draw = np.random.default_rng(seed)
     fit, columns, measured = fitted(draw)
     row = draw.normal(size=(1, WINDOWS * VALUES)) + columns[:1]
-    projection = Projection(fit, Costing(np.array([1e9]), TAU))
+    projection = ConstantsProjection(fit, Costing(np.array([1e9]), TAU))
     left = projection.project_out(row)
     slope, curvature = float(projection.slopes(row, left)[0]), float(np.sum(row * left))
     without = least(columns, np.ones(CONSTANTS), measured)
