@@ -7,30 +7,24 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Awaitable, Callable
+from typing import Any
 
 from config.errors import DaemonError
-from config.loading.load import load_maneuver
-from config.loading.shipped import shipped
-from config.schema.maneuver import maneuver_content
 from config.schema.rig import Rig
 from daemon.checks.checks import Check, Reaction
 from daemon.checks.interlocks import interlocks, not_passed, proof_checks, rest_checks
-from daemon.cycle.facts import Facts
 from daemon.loop.command import NOT_SET_UP, LoopCommand, StartRun
 from daemon.modes.mode_machine import SAFE_MODES, OperatorAction
 from daemon.server.client_connection import client_has_left
-from daemon.server.event_history import EventHistory, RunResult
+from daemon.server.event_history import RunResult
 from daemon.server.live_values import LiveValues, since_t_s, units_answer
+from daemon.server.loop_access import ANSWER_LIMIT_S, LoopAccess, SupervisedLoop
 from daemon.server.proof_request import proof_answer, proof_countdown_s
 from daemon.server.set_point_requests import SetPointRequests
-from daemon.server.start_request import start_run, start_stream
-from daemon.server.status import StatusView
-from servo_control.planning.runnable import why_not
-from servo_control.signals import Mode, SetPoint
+from daemon.server.start_request import judged_maneuvers, start_run, start_stream
+from servo_control.signals import Mode
 
-ANSWER_LIMIT_S = 5.0  # a healthy loop answers within milliseconds; arming takes a quarter of a second
 LONGEST_WAIT_S = 3600.0
 LONGEST_SETTLE_S = 600.0
 SETTLE_POLL_S = 0.02
@@ -38,30 +32,6 @@ LONGEST_PROOF_S = 15.0  # of all devices; one takes about half a second
 SET_UP_LIMIT_S = 20.0  # of all devices that have lost their settings
 
 Prepare = Callable[[Rig, int, dict[str, Any], list[float]], StartRun]
-
-
-class SupervisedLoop(Protocol):
-    """The loop as the supervisor reaches it."""
-
-    facts: Facts
-    history: EventHistory
-    view: StatusView
-
-    def values(self) -> tuple[float, ...]:
-        """Its latest facts."""
-
-    def post(self, command: LoopCommand) -> int:
-        """Hand it a command: its number since the start, 0 when the loop cannot take it."""
-
-    def post_set_point(self, point: SetPoint) -> None:
-        """Hand it a set point of a run that is driven by hand; the newest counts."""
-
-    async def repair_recorder(self) -> None:
-        """Before a reset: start the recorder anew where it has died."""
-
-    def shut_down(self) -> None: ...
-
-
 METHODS = (
     "status", "checks", "units", "rig", "sample", "maneuvers", "wait", "events",
     "prove", "arm", "disarm", "reset", "start", "stream", "stop", "estop", "shutdown",
@@ -73,8 +43,8 @@ class RequestHandlers:
 
     def __init__(self, rig: Rig, loop: SupervisedLoop, rig_text: str = "") -> None:
         """`rig_text`: the rig file, for `rig` and `units`."""
-        self._rig, self._loop, self._rig_text = rig, loop, rig_text
-        self._facts, self._history, self._view, self._values = loop.facts, loop.history, loop.view, loop.values
+        self._rig, self._supervised, self._loop, self._rig_text = rig, loop, LoopAccess(loop), rig_text
+        self._facts, self._history, self._view = loop.facts, loop.history, loop.view
         self._checks: tuple[Check, ...] = interlocks(rig, loop.facts)
         self._rest_checks = rest_checks(rig, loop.facts)
         self._live = LiveValues(rig, loop.facts)
@@ -89,11 +59,11 @@ class RequestHandlers:
         self.methods["set_point"] = self._set_points.set_point
 
     async def status(self, params: dict[str, Any]) -> dict[str, Any]:
-        answer = self._view.status(self._values(), time.monotonic() - self._started, self._history)
+        answer = self._view.status(self._loop.values(), time.monotonic() - self._started, self._history)
         return {**answer, "log": dict(self.log)}
 
     async def checks(self, params: dict[str, Any]) -> dict[str, Any]:
-        values = self._values()
+        values = self._loop.values()
         return {"checks": [*(check.row(values) for check in self._checks), *self.host_rows]}
 
     async def units(self, params: dict[str, Any]) -> dict[str, Any]:
@@ -106,59 +76,63 @@ class RequestHandlers:
 
     async def sample(self, params: dict[str, Any]) -> dict[str, Any]:
         """The newest cycle as plain numbers, in the order of `signals` of `rig`; no row when none is later than `since_t_s`."""
-        return self._live.sample(self._values(), since_t_s(params))
+        return self._live.sample(self._loop.values(), since_t_s(params))
 
     async def prove(self, params: dict[str, Any]) -> dict[str, Any]:
         """Every device with outputs shows that it goes safe by itself. Answers with the results when it is over; raises only refusals."""
-        mode = self._mode()
+        mode = self._loop.mode()
         if mode is not Mode.DISARMED:
             advice = "`longreach reset` first." if mode is Mode.FAULT else "`longreach disarm` first."
             raise DaemonError("proof refused", value=mode.name.lower(), limit="disarmed", next_step=advice)
         countdown_s = proof_countdown_s(self._rig, params)
-        self._refuse_failed("proof refused", proof_checks(self._rig, self._facts))
+        self._loop.refuse_failed("proof refused", proof_checks(self._rig, self._facts))
         before = self._history.last_number
         command = LoopCommand(OperatorAction.PROVE, countdown_s=countdown_s)
-        await self._send(command, lambda: self._mode() is not Mode.PROVING, ANSWER_LIMIT_S + countdown_s + LONGEST_PROOF_S)
-        return proof_answer(self._history.since(before), self._mode())
+        await self._loop.send(command, lambda: self._loop.mode() is not Mode.PROVING, ANSWER_LIMIT_S + countdown_s + LONGEST_PROOF_S)
+        return proof_answer(self._history.since(before), self._loop.mode())
 
     async def arm(self, params: dict[str, Any]) -> dict[str, Any]:
         """Answers when the arm holds its position. Refused with every check that fails."""
-        mode = self._mode()
+        mode = self._loop.mode()
         if mode is not Mode.DISARMED:
             advice = {Mode.FAULT: "`longreach reset` first.", Mode.PROVING: "Wait until the proof is over."}
             text = advice.get(mode, "It is armed already.")
             raise DaemonError("arming refused", value=mode.name.lower(), limit="disarmed", next_step=text)
-        self._refuse_failed("arming refused", [check for check in self._checks if check.reaction is not Reaction.WARN])
-        await self._send(LoopCommand(OperatorAction.ARM), lambda: self._mode() is not Mode.ARMING)
-        if self._mode() is not Mode.HOLDING:
-            raise DaemonError("arming was given up", value=self._mode().name.lower(), next_step=self._history.last_text("mode", "fault"))
+        self._loop.refuse_failed("arming refused", [check for check in self._checks if check.reaction is not Reaction.WARN])
+        await self._loop.send(LoopCommand(OperatorAction.ARM), lambda: self._loop.mode() is not Mode.ARMING)
+        if self._loop.mode() is not Mode.HOLDING:
+            raise DaemonError(
+                "arming was given up", value=self._loop.mode().name.lower(), next_step=self._history.last_text("mode", "fault")
+            )
         return {"mode": "holding"}
 
     async def disarm(self, params: dict[str, Any]) -> dict[str, Any]:
         """Safe outputs at once, in any mode; a fault stays latched."""
-        await self._send(LoopCommand(OperatorAction.DISARM), lambda: self._mode() in SAFE_MODES)
-        return {"mode": self._mode().name.lower()}
+        await self._loop.send(LoopCommand(OperatorAction.DISARM), lambda: self._loop.mode() in SAFE_MODES)
+        return {"mode": self._loop.mode().name.lower()}
 
     async def reset(self, params: dict[str, Any]) -> dict[str, Any]:
         """Release the e-stop latch and a latched fault; ends disarmed. Refused while armed, where it would mean nothing.
 
         Devices that have lost their settings are set up again first; refused when one of them does not take them.
         """
-        if self._mode() not in SAFE_MODES:
+        if self._loop.mode() not in SAFE_MODES:
             raise DaemonError(
-                "nothing to reset", value=self._mode().name.lower(), next_step="Reset clears a fault or the e-stop while disarmed."
+                "nothing to reset", value=self._loop.mode().name.lower(), next_step="Reset clears a fault or the e-stop while disarmed."
             )
-        await self._loop.repair_recorder()
+        await self._supervised.repair_recorder()
         before = self._history.last_number
 
         def refused() -> str:
             return next((str(event["text"]) for event in self._history.since(before) if event["name"] == NOT_SET_UP), "")
 
-        await self._send(
-            LoopCommand(OperatorAction.RESET), lambda: bool(self._mode() is Mode.DISARMED or refused()), ANSWER_LIMIT_S + SET_UP_LIMIT_S
+        await self._loop.send(
+            LoopCommand(OperatorAction.RESET),
+            lambda: bool(self._loop.mode() is Mode.DISARMED or refused()),
+            ANSWER_LIMIT_S + SET_UP_LIMIT_S,
         )
         if why := refused():
-            raise DaemonError("reset refused", value=self._mode().name.lower(), limit="every device set up", next_step=why)
+            raise DaemonError("reset refused", value=self._loop.mode().name.lower(), limit="every device set up", next_step=why)
         return {"mode": "disarmed"}
 
     async def start(self, params: dict[str, Any]) -> dict[str, Any]:
@@ -190,7 +164,7 @@ class RequestHandlers:
         if isinstance(settle_s, bool) or not isinstance(settle_s, (int, float)) or not 0.0 <= settle_s <= LONGEST_SETTLE_S:
             raise DaemonError("settle_s is not usable", value=repr(settle_s)[:80], limit=f"0 to {LONGEST_SETTLE_S:g}", unit="s")
         limit, stops = time.monotonic() + settle_s, self._stops
-        while self._mode() is Mode.HOLDING and (moving := " ".join(not_passed(self._rest_checks, self._values()))):
+        while self._loop.mode() is Mode.HOLDING and (moving := " ".join(not_passed(self._rest_checks, self._loop.values()))):
             if self._stops != stops:
                 raise DaemonError("start refused: it was stopped while it waited for the arm to be at rest")
             if client_has_left():
@@ -200,42 +174,42 @@ class RequestHandlers:
             await asyncio.sleep(SETTLE_POLL_S)
 
     async def _start(self, prepare: Prepare, params: dict[str, Any]) -> dict[str, Any]:
-        mode = self._mode()
+        mode = self._loop.mode()
         if mode is not Mode.HOLDING or (self._history.last_run and self._history.last_run.validity == "running"):
             advice = {Mode.DISARMED: "Run `longreach arm` first.", Mode.FAULT: "Run `longreach reset`, then `longreach arm`."}
             text = advice.get(mode, "Wait until the run under way has ended, or `longreach stop` it.")
             raise DaemonError("start refused", value=mode.name.lower(), limit="holding with no run under way", next_step=text)
         while_armed = (Reaction.STOP, Reaction.STOP_THEN_FAULT, Reaction.FAULT)
-        self._refuse_failed("start refused", [check for check in self._checks if check.reaction in while_armed])
-        values = self._values()
+        self._loop.refuse_failed("start refused", [check for check in self._checks if check.reaction in while_armed])
+        values = self._loop.values()
         held = [values[self._facts.index(f"{joint}.reference")] for joint in self._rig.joints]
         start = await asyncio.to_thread(prepare, self._rig, self._runs + 1, params, held)  # a long program takes a while
         self._runs += 1
         summary = start.plan.summary()
         self._history.begin_run(RunResult(self._runs, summary["maneuver"], summary["shaper"], summary["segments"]))
-        await self._send(LoopCommand(start=start), lambda: True)
+        await self._loop.send(LoopCommand(start=start), lambda: True)
         return {**summary, "countdown_s": start.countdown_s, "log": self.log["path"]}
 
     def _cancel_announced(self) -> None:
         """Take back a run that does not move yet."""
-        if self._mode() is Mode.HOLDING:
-            self._loop.post(LoopCommand(OperatorAction.STOP))
+        if self._loop.mode() is Mode.HOLDING:
+            self._supervised.post(LoopCommand(OperatorAction.STOP))
 
     async def stop(self, params: dict[str, Any]) -> dict[str, Any]:
         """Controlled stop along the path, then hold; cancels a run that is still being announced, and ends a proof."""
         self._stops += 1
-        await self._send(LoopCommand(OperatorAction.STOP), lambda: self._mode() not in (Mode.RUNNING, Mode.PROVING))
-        return {"mode": self._mode().name.lower()}
+        await self._loop.send(LoopCommand(OperatorAction.STOP), lambda: self._loop.mode() not in (Mode.RUNNING, Mode.PROVING))
+        return {"mode": self._loop.mode().name.lower()}
 
     async def estop(self, params: dict[str, Any]) -> dict[str, Any]:
         """Safe outputs at once, latched until a reset."""
-        await self._send(LoopCommand(OperatorAction.ESTOP), lambda: self._mode() is Mode.FAULT)
+        await self._loop.send(LoopCommand(OperatorAction.ESTOP), lambda: self._loop.mode() is Mode.FAULT)
         return {"mode": "fault"}
 
     async def maneuvers(self, params: dict[str, Any]) -> dict[str, Any]:
         """Every shipped maneuver; `reason`: why this rig cannot run it, empty when it can. Planned once: neither changes."""
         if not self._maneuvers:
-            self._maneuvers = await asyncio.to_thread(_judged_maneuvers, self._rig)
+            self._maneuvers = await asyncio.to_thread(judged_maneuvers, self._rig)
         return {"maneuvers": self._maneuvers}
 
     async def wait(self, params: dict[str, Any]) -> dict[str, Any]:
@@ -264,37 +238,5 @@ class RequestHandlers:
 
     async def shutdown(self, params: dict[str, Any]) -> dict[str, Any]:
         """As SIGTERM: controlled stop, safe outputs, logs closed, end."""
-        self._loop.shut_down()
+        self._supervised.shut_down()
         return {}
-
-    def _mode(self) -> Mode:
-        return self._view.mode(self._values())
-
-    def _refuse_failed(self, what: str, checks: Sequence[Check]) -> None:
-        values = self._values()
-        failed = [check for check in checks if not check.passes(values)]
-        if failed:
-            sentences = " ".join(check.sentence(values) for check in failed)
-            names = ", ".join(check.name for check in failed)
-            raise DaemonError(f"{what}: {len(failed)} of {len(checks)} checks fail", value=names, next_step=sentences)
-
-    async def _send(self, command: LoopCommand, done: Callable[[], bool], limit_s: float = ANSWER_LIMIT_S) -> None:
-        """Hand the loop a command and wait until it has carried it out and `done()`. DaemonError when it does not in time."""
-        index = self._facts.index("commands")
-        number = self._loop.post(command)
-        if not number:
-            raise DaemonError("the loop does not fetch its commands", next_step="See `systemctl status longreachd`.")
-        limit = time.monotonic() + limit_s
-        while not (self._values()[index] >= number and done()):
-            if time.monotonic() > limit:
-                value = self._mode().name.lower()
-                raise DaemonError(
-                    "the loop did not do it in time", value=value, limit=limit_s, unit="s", next_step="Try `longreach estop`."
-                )
-            await asyncio.sleep(0.005)
-
-
-def _judged_maneuvers(rig: Rig) -> list[dict[str, Any]]:
-    maneuvers = [load_maneuver(path).maneuver for path in shipped("maneuvers").values()]
-    rows = [(maneuver_content(maneuver), why_not(rig, maneuver)) for maneuver in maneuvers]
-    return [{**{key: content[key] for key in ("name", "kind", "description")}, "reason": reason} for content, reason in rows]

@@ -1,4 +1,4 @@
-"""From the parameters of a `start` request to a planned run: maneuver by name or text, parameters, shaper, repeats."""
+"""From the parameters of a `start` request to a planned run: maneuver by name or text, parameters, shaper, repeats; what can be started."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from typing import Any
 import yaml
 
 from config.errors import DaemonError
-from config.loading.load import find, maneuver_from_text, read_text
+from config.loading.load import find, load_maneuver, maneuver_from_text, read_text
+from config.loading.shipped import shipped
 from config.parsing.yaml_tree import parse
 from config.schema.maneuver import maneuver_content
 from config.schema.rig import Rig
 from daemon.loop.command import StartRun
 from servo_control.planning.planning import plan_run
 from servo_control.planning.run_request import BY_HAND, RunRequest
+from servo_control.planning.runnable import why_not
 from servo_control.streaming.stream_plan import default_filter, plan_stream
 
 _KEYS = {"maneuver", "parameters", "shaper", "repeat", "approach", "countdown_s"}
@@ -111,3 +113,10 @@ def _typed(params: Mapping[str, Any], key: str, kind: Any, default: Any) -> Any:
     if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
         raise DaemonError("wrong kind of value in start", value=repr(value), where=key)
     return value
+
+
+def judged_maneuvers(rig: Rig) -> list[dict[str, Any]]:
+    """Name, kind and description of every shipped maneuver; `reason`: why this rig cannot run it, empty when it can."""
+    maneuvers = [load_maneuver(path).maneuver for path in shipped("maneuvers").values()]
+    rows = [(maneuver_content(maneuver), why_not(rig, maneuver)) for maneuver in maneuvers]
+    return [{**{key: content[key] for key in ("name", "kind", "description")}, "reason": reason} for content, reason in rows]
