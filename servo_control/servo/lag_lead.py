@@ -2,8 +2,8 @@
 
     H(z) = (b0 + b1 z⁻¹)/(1 + a1 z⁻¹),   c = 2/T:   b0 = (1 + c/z)/(1 + c/p),  b1 = (1 − c/z)/(1 + c/p),  a1 = (1 − c/p)/(1 + c/p)
 
-Anti-windup by conditioning (Hanus): when a limit changes the command, the states are recomputed with the error that would have
-given exactly the limited command, so the compensator always remembers what was really sent.
+Anti-windup by conditioning (R. Hanus and others, Automatica 23, 1987): when a limit changes the command, the states are recomputed with
+the error that would have given exactly the limited command, so the compensator always remembers what was really sent.
 """
 
 from __future__ import annotations

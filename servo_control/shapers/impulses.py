@@ -1,7 +1,10 @@
 """Impulse shapers as pure functions: amplitudes and times. K̄ = exp(−πζ/√(1−ζ²)), T_d = 2π/ω_d.
 
-Sources: Singer and Seering (ZV, ZVD), Singhose (EI, two-hump EI, undamped forms), Magee and Book (three-term optimal
-arbitrary time-delay filter; the paper's Eq 14 with its two exponents corrected to −2ζω_nT).
+Times in s, amplitudes without unit. Sources:
+ZV, ZVD: N. Singer and W. Seering, J. Dynamic Systems, Measurement and Control 112, 1990.
+EI, undamped form: W. Singhose, W. Seering and N. Singer, J. Mechanical Design 116, 1994.
+Two-hump EI, undamped form: W. Singhose, L. Porter, T. Tuttle and N. Singer, J. Dynamic Systems, Measurement and Control 119, 1997.
+Three-term: the paper's Eq 14 (D. Magee and W. Book's optimal arbitrary time-delay filter), its two exponents corrected to −2ζω_nT.
 """
 
 from __future__ import annotations

@@ -62,7 +62,8 @@ def friction(
 
 @compiled
 def stop_force(position: float, velocity: float, p: Vector, j: int) -> float:
-    """Force of the mechanical stops: Hunt-Crossley contact, never pulls and never gives back more than it took."""
+    """Force of the mechanical stops, (P19): contact after K. Hunt and F. Crossley (J. Applied Mechanics 42, 1975). It never pulls and never
+    gives back more than it took."""
     depth = p[j + J.LOW] - position
     if depth > 0.0:
         return float(p[j + J.STOP_STIFFNESS] * depth * max(1.0 - p[j + J.STOP_LOSS] * velocity, 0.0))

@@ -1,4 +1,4 @@
 """Frequency and damping of the link and the mass at its tip, from how the tip moves in the holds.
 
-Imports nothing but `transfer` and `variants` of tuning.
+Imports no other room of tuning.
 """

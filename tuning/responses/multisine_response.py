@@ -1,4 +1,5 @@
-"""Frequency response, noise and distortion from an odd random-phase multisine (Pintelon and Schoukens).
+"""Frequency response, noise and distortion from an odd random-phase multisine (R. Pintelon and J. Schoukens, System
+Identification: A Frequency Domain Approach, 2012, chapters 3 and 4).
 
 Whole periods are transformed without leakage. Their mean is the response, their scatter the noise. What stands at odd lines that were
 not excited is odd nonlinearity, at even lines even nonlinearity; G·U is taken off there, because the servo reacts to its own output.

@@ -1,1 +1,1 @@
-"""Commands of the gap: find, next, loop, study, demo."""
+"""Commands of the gap: find, next, loop, study, watch, demo."""
