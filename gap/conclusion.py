@@ -51,7 +51,19 @@ def concluded(done: Searched) -> Found:
     progress(said(word, found))
     parts = {"leads": leads, **_parts(done, judged, word, [*found, *leads], half_width)}
     content = document(word, places, found, parts, done.logs)
-    return Found(done.loaded, done.names, state, done.nominal, judged.file.seen, half_width, word, places, done.problems, text, content)
+    return Found(
+        rig=done.loaded,
+        channels=done.names,
+        state=state,
+        nominal=done.nominal,
+        final=judged.file.seen,
+        half_width=half_width,
+        verdict=word,
+        places=places,
+        problems=done.problems,
+        improved_text=text,
+        content=content,
+    )
 
 
 def _at_own_scale(state: GateSearch) -> GateSearch:

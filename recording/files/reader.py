@@ -72,9 +72,18 @@ def read_log(path: str | Path) -> Log:
     time_ns = np.array(gathered.times, dtype=np.int64)
     cut_text = "" if complete else _cut_text(damage, columns, gathered.metadata)
     return Log(
-        path, gathered.layout, columns, time_ns, gathered.events, gathered.attachments, gathered.metadata, complete, cut_text, damage,
-        gathered.set_points,
-    )  # fmt: skip
+        path=path,
+        layout=gathered.layout,
+        columns=columns,
+        time_ns=time_ns,
+        events=gathered.events,
+        attachments=gathered.attachments,
+        metadata=gathered.metadata,
+        complete=complete,
+        cut_text=cut_text,
+        damage=damage,
+        set_points=gathered.set_points,
+    )
 
 
 def open_rig(log: Log) -> Rig:

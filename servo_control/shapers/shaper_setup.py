@@ -134,7 +134,17 @@ def _adaptive(
     if delay is not None:
         _check_delay(delay, link.omega_d(extensions.shortest), link, extensions)
     travel = joints[extension].travel
-    return ShaperSetup(choice.kind, shaped, period_s, 0.0, link.damping_ratio, delay, choice.vibration, link, extension, travel)
+    return ShaperSetup(
+        choice.kind,
+        shaped,
+        period_s,
+        damping_ratio=link.damping_ratio,
+        delay_s=delay,
+        vibration=choice.vibration,
+        link=link,
+        extension=extension,
+        travel=travel,
+    )
 
 
 def _focal_omega(choice: ShaperChoice, link: LinkFrequency | None, extensions: Extensions | None) -> float:

@@ -93,10 +93,19 @@ def plan_stream(rig: Rig, request: RunRequest) -> StreamPlan:
     setup = _shaper(rig, request, joints, start)
     rates, accelerations = input_limits(setup, joints)
     return StreamPlan(
-        request, setup, tuple(joint.name for joint in joints), start, tuple(joint.travel for joint in joints), tuple(rates),
-        tuple(accelerations), tuple(joint.rate for joint in joints), setup.build().flush_s, rig.loop.set_point_timeout_s,
-        _tip_speed(rig, joints), rig.arm.hub_offset_m,
-    )  # fmt: skip
+        request=request,
+        shaper=setup,
+        joints=tuple(joint.name for joint in joints),
+        start_position=start,
+        travel=tuple(joint.travel for joint in joints),
+        rates=tuple(rates),
+        accelerations=tuple(accelerations),
+        rate_limits=tuple(joint.rate for joint in joints),
+        flush_s=setup.build().flush_s,
+        timeout_s=rig.loop.set_point_timeout_s,
+        tip_speed_mps=_tip_speed(rig, joints),
+        hub_offset_m=rig.arm.hub_offset_m,
+    )
 
 
 def default_filter(rig: Rig) -> dict[str, Any]:

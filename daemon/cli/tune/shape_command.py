@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from config.loading.load import LoadedRig
+    from config.stated_sentences import StatedSentences
+    from tuning.shaper_choice.shape_recommendation import Recommendation
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +40,6 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _shape(arguments: argparse.Namespace) -> int:
     from config.units import to_si
-    from daemon.cli.shown.rich_console import console
     from daemon.server.start_request import requested_maneuver
     from tuning.shaper_choice.shape_plot import shape_plot
     from tuning.shaper_choice.shape_recommendation import recommend
@@ -54,7 +55,14 @@ def _shape(arguments: argparse.Namespace) -> int:
         shape_plot(found, arguments.output)
     if arguments.json:
         print(json.dumps(_answer(found)))
-        return 0
+    else:
+        _show(found, arguments, sentences)
+    return 0
+
+
+def _show(found: Recommendation, arguments: argparse.Namespace, sentences: StatedSentences) -> None:
+    from daemon.cli.shown.rich_console import console
+
     console().print(_table(found, arguments.error))
     for each in found.candidates:
         if each.refused:
@@ -64,10 +72,9 @@ def _shape(arguments: argparse.Namespace) -> int:
         print(f"with it {sentences.text(found.best.tip.text())}")
     both = " --both-joints" if arguments.both_joints else ""
     print(f"next: longreach start {(arguments.maneuver or ['paper_line'])[0]} --shaper {found.chosen}{both}")
-    return 0
 
 
-def _answer(found: Any) -> dict[str, Any]:
+def _answer(found: Recommendation) -> dict[str, Any]:
     return {
         "chosen": found.chosen,
         "why": found.why,
@@ -89,7 +96,7 @@ def _loaded(arguments: argparse.Namespace) -> LoadedRig:
     return LoadedRig(rig_from_text(text, loaded.path), text, loaded.path)
 
 
-def _table(found: Any, percent: float) -> Table:
+def _table(found: Recommendation, percent: float) -> Table:
     """Filters that can be used; without error and worst over the errors, on ideal joints and on the whole rig."""
     from rich.table import Table
 
