@@ -19,9 +19,9 @@ from gap.judged_file import JudgedFile, Searched, judged_file
 from gap.maneuvers.doubt import next_of
 from gap.outcome.findings import constants, document, finding, not_seen, step_finding
 from gap.outcome.found import Found
+from gap.outcome.held_constants import held_constants
 from gap.outcome.localise import localise
 from gap.outcome.model_file import with_step_lines
-from gap.outcome.wanted import wanted
 from gap.outcome.written import again, widths_of
 from gap.search.hold_out_sizes import on_hold_out
 from gap.search.search_state import GateSearch
@@ -90,7 +90,7 @@ def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Con
     return {
         "parameters": constants(state.current.model, half_width, judged.file.model, judged.steady),
         "gap": _gap(done, judged.file.seen),
-        "held": [item.as_dict() for item in wanted(loaded, state, progress)] if word.word not in ("no_gap", "data_problem") else [],
+        "held": [item.as_dict() for item in held_constants(loaded, state, progress)] if word.word not in ("no_gap", "data_problem") else [],
         "remainder": judged.rest,
         "not_seen": not_seen(state.screening, told_of, readable(logs, loaded.rig)),
         "next_maneuver": next_of(loaded, state, word, progress) if done.settings.propose else None,

@@ -1,6 +1,6 @@
 """Constants that no fit may move (tagged [fixed], or 0) and that the logs want elsewhere.
 
-Beside the finished model each is freed by itself: where a Gauss-Newton step of it and all other numbers on the fit logs is clear (score
+Beside the finished model each is left free by itself: where a Gauss-Newton step of it and all other numbers on the fit logs is clear (score
 test; Rao, 1948) it is fitted with them. It is said where the hold-out falls with it by as much as an effect must take.
 """
 
@@ -26,7 +26,7 @@ MOST = 3  # constants that are fitted, those asked for most clearly
 
 
 @dataclass(frozen=True, slots=True)
-class WantedConstant:
+class HeldConstant:
     """One held constant (SI), where the logs want it, with 95 % half width, and the hold-out's cost before and after."""
 
     free: Free
@@ -47,7 +47,7 @@ class WantedConstant:
         }
 
 
-def wanted(loaded: LoadedRig, state: GateSearch, progress: Progress) -> list[WantedConstant]:
+def held_constants(loaded: LoadedRig, state: GateSearch, progress: Progress) -> list[HeldConstant]:
     """Those that would take most from the hold-out first; none where nothing is held."""
     extra = [_scaled(free, state.current.model) for free in held(loaded, state.channels)]
     if not extra:
@@ -82,13 +82,13 @@ def _t(state: GateSearch, done: Fit, own: int, number: int) -> float:
     return 0.0 if blocked or not sd[-1] > 0.0 else float(step[-1] / sd[-1])
 
 
-def _fitted(state: GateSearch, model: Model) -> WantedConstant:
+def _fitted(state: GateSearch, model: Model) -> HeldConstant:
     """The constant, last of the model's numbers, fitted with all others; from the rig file's own constants where that ends better."""
     fits = [whole_fit(start, state.experiments, state.costs) for start in (model, model.with_own_constants())]
     done = min(fits, key=lambda one: one.cost)
     after = mean_cost([evaluate(experiment, done.model, state.costs) for experiment in state.holdouts])
     half_width = 1.96 * float(np.sqrt(max(covariance(done, state.costs)[-1, -1], 0.0)))
-    return WantedConstant(model.free[-1], float(done.model.theta[-1]), half_width, state.cost, after)
+    return HeldConstant(model.free[-1], float(done.model.theta[-1]), half_width, state.cost, after)
 
 
 def _scaled(free: Free, model: Model) -> Free:

@@ -15,7 +15,7 @@ from config.parsing.yaml_tree import parse
 from gap.data.measured import on_grid
 from gap.fitting.model import Model
 from gap.fitting.nuisance import held, nuisances
-from gap.outcome.wanted import WantedConstant, wanted
+from gap.outcome.held_constants import HeldConstant, held_constants
 from gap.search.opening import experiments_of, started
 from gap.search.settings import Settings
 from tests.support.gap import axis_logs
@@ -33,7 +33,7 @@ def fixed(text: str, line: str) -> str:
     return "\n".join(rows) + "\n"
 
 
-def asked(text: str, truth: str) -> list[WantedConstant]:
+def asked(text: str, truth: str) -> list[HeldConstant]:
     loaded = LoadedRig(rig_from_text(text), text, "axis.yaml")
     logs = [on_grid(Path(f"{k}.csv"), axis_logs.simulated(rig_from_text(truth), k, 6.0), loaded.rig, str(k)) for k in (11, 12)]
     names, few, holdouts = experiments_of(loaded, logs[:1], logs[1:], Settings(workers=1))
@@ -41,7 +41,7 @@ def asked(text: str, truth: str) -> list[WantedConstant]:
     model = Model(loaded.rig, free, np.array([item.start for item in free]))
     state, _ = started(model, few, holdouts, frozenset(names), quiet)
     assert all(item.key not in {f.key for f in held(loaded, CHANNELS)} for item in state.current.model.free)
-    return wanted(loaded, state, quiet)
+    return held_constants(loaded, state, quiet)
 
 
 def test_a_fixed_constant_is_not_free_and_the_logs_say_where_they_want_it() -> None:
