@@ -14,6 +14,8 @@ from config.unit_factors import FACTORS, TEMPERATURES
 
 _NUMBER_AND_UNIT = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$")
 
+_AFTER_COMMA = re.compile(r",\d")
+
 
 @lru_cache(maxsize=4096, typed=True)
 def to_si(text: str | float, unit: str) -> float:
@@ -31,6 +33,8 @@ def to_si(text: str | float, unit: str) -> float:
     if not match:
         raise UnitError("not a number with a unit", value=repr(text), next_step=_advice(unit))
     number, written = float(match[1]), match[2].strip()
+    if _AFTER_COMMA.match(written):
+        raise UnitError("a decimal comma", value=repr(text), next_step="Write a point.")
     if not written:
         return _finite(number, unit)
     try:

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from config.checking.actuator_sizes import ActuatorSizes, actuator_sizes
 from config.checking.finding import Finding, warning_at
 from config.parsing.yaml_tree import YamlTree
+from config.schema.model_fields import limits
 from config.schema.plant import Oil
 from config.schema.plant_joint import Cylinder, RotaryActuator
-from config.schema.rig import Rig
+from config.schema.rig import Loop, Rig
 
 FASTEST_CROSSING_S = 0.1
 CYCLES_A_PERIOD = 10
@@ -64,7 +65,16 @@ def _frequency(rig: Rig, tree: YamlTree, name: str, sizes: ActuatorSizes) -> Ite
     if frequency_Hz > rig.loop.rate_Hz / CYCLES_A_PERIOD:
         cycles = rig.loop.rate_Hz / frequency_Hz
         text = f"plant.joints.{name}: mass and oil ring at {frequency_Hz:.3g} Hz; the loop at {rig.loop.rate_Hz:g} Hz has"
-        yield warning_at(tree, ("plant", "joints", name), f"{text} {cycles:.1f} cycles a period, fewer than {CYCLES_A_PERIOD}")
+        text = f"{text} {cycles:.1f} cycles a period, fewer than {CYCLES_A_PERIOD}"
+        yield warning_at(tree, ("plant", "joints", name), f"{text}: {_enough(CYCLES_A_PERIOD * frequency_Hz)}")
+
+
+def _enough(rate_Hz: float) -> str:
+    """Which rate would do, or what to do where none does."""
+    highest_Hz = limits(Loop.model_fields["rate_Hz"])[1] or math.inf
+    if rate_Hz > highest_Hz:
+        return f"no loop.rate up to {highest_Hz:g} Hz has them, the servo can't damp this resonance: keep its gain low"
+    return f"loop.rate from {10 * math.ceil(rate_Hz / 10)} Hz has them; below that keep the gain low"
 
 
 def _volumes(rig: Rig, tree: YamlTree, name: str, sizes: ActuatorSizes) -> Iterator[Finding]:

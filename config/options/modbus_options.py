@@ -6,7 +6,9 @@ Scale and offset are not here: they are the calibration of the signal, applied t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import ipaddress
+import re
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal
 
@@ -21,6 +23,9 @@ WordOrder = Literal["big", "little"]
 
 REGISTERS: dict[str, int] = {"int16": 1, "uint16": 1, "int32": 2, "uint32": 2, "float32": 2}
 LAST_ADDRESS = 0xFFFF
+# What register lists of devices write for address 0: the table's number in front, counted from 1.
+_REGISTER_1 = {30001: "input", 40001: "holding"}
+_HOST_NAME = re.compile(r"(?=.*[A-Za-z])[A-Za-z0-9_]([A-Za-z0-9_.-]*[A-Za-z0-9_])?\.?")
 _LARGEST = {"int16": 2**15 - 1, "uint16": 2**16 - 1, "int32": 2**31 - 1, "uint32": 2**32 - 1}
 
 
@@ -72,6 +77,13 @@ class ModbusOptions(DeviceOptions):
     def input_channels(self, rig: RigNames) -> Mapping[str, Channel]:
         return {name: _channel(where) for name, where in self.channels.items()}
 
+    def warnings(self) -> Iterator[tuple[str, str]]:
+        for name, channel in self.channels.items():
+            for first, table in _REGISTER_1.items():
+                if first <= channel.address < first + 9999:
+                    what = f"{name}: address {channel.address} looks like the number of a register. Addresses count from 0:"
+                    yield "channels", f"{what} that register has the address {channel.address - first} of the {table} table"
+
 
 class TcpOptions(ModbusOptions):
     """Modbus TCP."""
@@ -79,6 +91,18 @@ class TcpOptions(ModbusOptions):
     transport: Literal["tcp"] = Field(description="how the device is connected")
     host: str = Field(min_length=1, description="address of the device or its gateway")
     port: int = Field(default=502, ge=1, le=65535, description="TCP port")
+
+    @field_validator("host")
+    @classmethod
+    def _is_a_host(cls, host: str) -> str:
+        """A name or an address alone; whether it is there, only the network knows."""
+        if not host or _HOST_NAME.fullmatch(host):
+            return host
+        try:
+            ipaddress.ip_address(host)
+        except ValueError as error:
+            raise ValueError("neither a host name nor an IP address; the port has a key of its own") from error
+        return host
 
     def address(self) -> Address:
         return Address(("Modbus TCP", self.host, str(self.port)), self.unit_id, "unit_id", alone=False)

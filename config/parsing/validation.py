@@ -35,6 +35,7 @@ _EXPECTED = {
     "date_parsing": "a day, YYYY-MM-DD",
     "date_from_datetime_parsing": "a day, YYYY-MM-DD",
 }
+_LONGEST_SHOWN = 120
 _OUT_OF_RANGE = {"greater_than_equal", "greater_than", "less_than_equal", "less_than"}
 
 
@@ -83,6 +84,10 @@ def _unknown_key(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Probl
 
 def _missing_key(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:
     key, section = place.path[-1], dotted(place.path[:-1]) or "the file"
+    if isinstance(key, int):
+        return tree.problem(
+            place.path[:-1], f"{section} must have at least {key + 1} entries", value=f"got {_shown(tree.value(place.path[:-1]))}"
+        )
     description = place.field.description if place.field and place.field.description else ""
     unit, allowed = _unit(place), _allowed(place, "")
     parts = [part for part in (description, f"in {unit}" if unit else "", allowed) if part]
@@ -120,7 +125,7 @@ def _not_a_word(path: tuple[str | int, ...], value: Any, words: list[str], tree:
 def _wrong_name(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:
     is_key = error["loc"][-1] == "[key]"
     what = f"{dotted(place.path)} is not a usable name"
-    advice = "Use lower-case letters, digits and underscores, a letter first."
+    advice = "Use lower-case letters, digits and underscores, a letter first, 64 in all."
     return tree.problem(place.path, what, of_key=is_key, value=_shown(error["input"]), next_step=advice)
 
 
@@ -143,6 +148,8 @@ def _out_of_range(place: SchemaKey, tree: YamlTree) -> Problem:
 
 
 def _wrong_value(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:
+    if error["loc"][-1:] == ("[key]",):
+        return _wrong_key(error, place, tree)
     shown = _shown(tree.value(place.path))
     if error["type"] in _EXPECTED:
         problem = tree.problem(place.path, f"{dotted(place.path)} must be {_EXPECTED[error['type']]}", value=f"got {shown}")
@@ -154,6 +161,12 @@ def _wrong_value(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Probl
         return tree.problem(place.path, f"{dotted(place.path)} must have {bound} {count} entries", value=f"got {shown}")
     message = error["msg"].removeprefix("Value error, ")
     return tree.problem(place.path, f"{dotted(place.path) or 'the file'}: {message}", value=f"got {shown}" if len(shown) < 60 else "")
+
+
+def _wrong_key(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:
+    wanted = _EXPECTED.get(error["type"], error["msg"])
+    what = f"{dotted(place.path[:-1])}: the key {_shown(place.path[-1])} must be {wanted}"
+    return tree.problem(place.path, what, of_key=True)
 
 
 def _unit(place: SchemaKey, written: str = "") -> str:
@@ -192,4 +205,5 @@ def _range_text(low: float | None, high: float | None, unit: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    return "nothing" if value is None else repr(value)
+    shown = "nothing" if value is None else repr(value)
+    return shown if len(shown) <= _LONGEST_SHOWN else f"{shown[:_LONGEST_SHOWN]}…"

@@ -2,16 +2,18 @@
 
 PyYAML composes the node tree; the scalars are read by the core schema of YAML 1.2, because YAML 1.1 turns `off` into false,
 `12:30` into 750 and leaves `1e5` a string. Anchors, aliases and merge keys are refused: a rig file shows each value where it acts.
+So are tags, which would be passed over, and nesting deeper than any file of ours.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import Any, NoReturn
 
 import yaml
 from yaml.composer import Composer
@@ -30,19 +32,32 @@ _CORE_SCALARS = (
 )
 
 
+_MOST_LEVELS = 60
+_MOST_DIGITS = 300  # of a whole number; a float ends near 308
+
+
 class _Core:
     """The scalar rules of the YAML 1.2 core schema, and no aliases; before PyYAML's composer among the bases of a loader."""
 
+    _levels = 0
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012  (PyYAML's own protocol: a class attribute)
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         event = self.peek_event()  # type: ignore[attr-defined]
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-            raise yaml.MarkedYAMLError(
-                problem="anchors and aliases (& and *) are not used here; write the value out", problem_mark=event.start_mark
-            )
+            _refuse("anchors and aliases (& and *) are not used here; write the value out", event.start_mark)
+        if getattr(event, "tag", None):
+            _refuse("tags (!) are not used here; write the value alone", event.start_mark)
+        if self._levels == _MOST_LEVELS:
+            _refuse(f"nested deeper than {_MOST_LEVELS} levels", event.start_mark)
+        self._levels += 1
         node: yaml.Node | None = super().compose_node(parent, index)  # type: ignore[misc]
+        self._levels -= 1
         return node
+
+
+def _refuse(what: str, mark: yaml.Mark) -> NoReturn:
+    raise yaml.MarkedYAMLError(problem=what, problem_mark=mark)
 
 
 for _kind, _pattern, _first in _CORE_SCALARS:
@@ -203,7 +218,7 @@ def _scalar(node: yaml.Node) -> Any:
         case "bool":
             return text.lower() == "true"
         case "int":
-            return int(text, 0) if text[:2] in ("0x", "0o") else int(text)
+            return math.inf if len(text) > _MOST_DIGITS else int(text, 0) if text[:2] in ("0x", "0o") else int(text)
         case "float":
             return float(text.replace(".inf", "inf").replace(".nan", "nan"))
     return text
@@ -212,7 +227,10 @@ def _scalar(node: yaml.Node) -> Any:
 def _syntax_error(error: yaml.MarkedYAMLError, name: str) -> ConfigError:
     mark = error.problem_mark or error.context_mark
     line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+    begun = error.context_mark.line + 1 if error.context_mark else line
     context = f" ({error.context})" if error.context else ""
+    if begun != line and context.startswith(" (while scanning"):  # of a quote that is not closed, the end of the file says little
+        context = f" ({error.context} begun on line {begun})"
     return config_error(name, [problem_at(name, line, column, f"not readable as YAML: {error.problem}{context}")])
 
 

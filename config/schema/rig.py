@@ -14,7 +14,8 @@ from config.schema.section import Section, chosen_by, quantity, unit_of
 from config.schema.servo import AnyServo
 from config.schema.signals import AnySignal, with_inferred
 
-JointName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
+JointName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
+DeviceName = Annotated[str, Field(pattern=r"^[^/\s]{1,64}$")]  # stands in names of files
 
 
 class Overruns(Section):
@@ -178,7 +179,7 @@ class Rig(Section):
     """One rig."""
 
     longreach: Literal["rig/1"] = Field(description="kind and version of this file")
-    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]*$", description="short name; stands in logs")]
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,63}$", description="short name; stands in logs")]
     description: str = Field(default="", description="one line about the rig")
     arm: Arm
     loop: Loop = Loop()
@@ -187,7 +188,7 @@ class Rig(Section):
     link_mode: LinkMode | None = None
     identified: Identified | None = None
     end_point: EndPoint | None = None
-    devices: dict[str, Device] = Field(min_length=1, description="every device by name")
+    devices: dict[DeviceName, Device] = Field(min_length=1, description="every device by name")
     signals: dict[str, AnySignal] = Field(description="every fitted sensor; the name says what it measures, see below")
     outputs: dict[JointName, Output] = Field(description="where the command of every joint goes")
     interlocks: Interlocks = Interlocks()

@@ -31,6 +31,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _check(arguments: argparse.Namespace) -> int:
     from rich.table import Table
+    from rich.text import Text
 
     from config.checking.check import check_rig
     from config.loading.load import load_rig
@@ -48,10 +49,12 @@ def _check(arguments: argparse.Namespace) -> int:
         answer = {"rig": loaded.rig.name, "good": not errors, "findings": [dataclasses.asdict(each) for each in findings]}
         print(json.dumps(answer | ({"migrated": dataclasses.asdict(moved)} if moved else {}), default=str))
         return EXIT_REFUSED if errors else 0
-    table = Table(title=f"{loaded.path}: {loaded.rig.name}", title_justify="left", show_header=False)
+    title = Text(f"{loaded.path}: {loaded.rig.name}", style="italic")
+    table = Table(title=title, title_justify="left", show_header=False)
     sentences = sentences_for(loaded.text, arguments.si)
     for finding in findings:
-        table.add_row(_STYLE[finding.level], sentences.text(finding.text))
+        shown = Text(sentences.text(finding.text))  # as it is: brackets and colons are no markup
+        table.add_row(_STYLE[finding.level], shown)
     console().print(table)
     return EXIT_REFUSED if errors else 0
 

@@ -13,24 +13,27 @@ CYLINDER, ROTARY, ARM = "cylinder", "rotary", "arm"
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One number or word. `unit`: what it must convert to ("" for a word); `kinds`: for which actuators; without default it is needed."""
+    """One number or word. `unit`: what it must convert to ("" for a word); `kinds`: for which actuators; without default it is needed.
+    A number is above 0 unless it may be 0."""
 
     flag: str
     text: str
     unit: str
     default: str | None = None
     kinds: tuple[str, ...] = (CYLINDER, ROTARY, ARM)
+    may_be_zero: bool = False
 
     @property
     def key(self) -> str:
         return self.flag.replace("-", "_")
 
 
+_BEYOND_ANY_MACHINE = 1e12  # in SI; what is merely out of range, the schema tells with its limit
 AXES = (CYLINDER, ROTARY)
 QUESTIONS = (
     Question("joint", "name of the joint", "", "axis", AXES),
     Question("bore", "bore of the cylinder", "m", None, (CYLINDER, ARM)),
-    Question("rod", "diameter of the rod (0 mm: none)", "m", None, (CYLINDER, ARM)),
+    Question("rod", "diameter of the rod (0 mm: none)", "m", None, (CYLINDER, ARM), may_be_zero=True),
     Question("stroke", "stroke between the stops", "m", None, (CYLINDER,)),
     Question("mass", "moving mass", "kg", None, (CYLINDER,)),
     Question("displacement", "oil per angle of the rotary actuator, e.g. '10 in^3/rad'", "m^3/rad", None, (ROTARY, ARM)),
@@ -39,12 +42,12 @@ QUESTIONS = (
     Question("shortest", "hub's axis to payload, retracted", "m", None, (ARM,)),
     Question("longest", "hub's axis to payload, extended", "m", None, (ARM,)),
     Question("tube-outside", "outer diameter of the link's tube", "m", None, (ARM,)),
-    Question("tube-inside", "inner diameter of the tube (0 mm: a rod)", "m", None, (ARM,)),
+    Question("tube-inside", "inner diameter of the tube (0 mm: a rod)", "m", None, (ARM,), may_be_zero=True),
     Question("tube-length", "whole length of the tube, with what stays in its bearing", "m", None, (ARM,)),
     Question("tube-material", "steel or aluminium", "", "steel", (ARM,)),
-    Question("hub-inertia", "inertia of what turns and does not slide", "kg*m^2", None, (ARM,)),
-    Question("carriage", "mass of rod, piston and carriage, which slide with the tube", "kg", None, (ARM,)),
-    Question("payload", "mass at the tip", "kg", None, (ARM,)),
+    Question("hub-inertia", "inertia of what turns and does not slide", "kg*m^2", None, (ARM,), may_be_zero=True),
+    Question("carriage", "mass of rod, piston and carriage, which slide with the tube", "kg", None, (ARM,), may_be_zero=True),
+    Question("payload", "mass at the tip", "kg", None, (ARM,), may_be_zero=True),
     Question("dead-volume", "oil between valve and each chamber at its smallest", "m^3", "20 cm^3"),
     Question("rated-flow", "rated flow of the valve", "m^3/s", None, AXES),
     Question("rotary-flow", "rated flow of the hub's valve", "m^3/s", None, (ARM,)),
@@ -55,14 +58,16 @@ QUESTIONS = (
     Question("supply", "supply pressure", "Pa"),
     Question("iso-vg", "grade of the oil: ISO VG", "", "46"),
     Question("resolution", "step of the position sensor", "", None, AXES),
-    Question("noise", "noise of the position sensor, rms", "", None, AXES),
+    Question("noise", "noise of the position sensor, rms", "", None, AXES, may_be_zero=True),
     Question("rotary-resolution", "step of the hub's position sensor", "rad", "0.005 deg", (ARM,)),
-    Question("rotary-noise", "its noise, rms", "rad", "0.002 deg", (ARM,)),
+    Question("rotary-noise", "its noise, rms", "rad", "0.002 deg", (ARM,), may_be_zero=True),
     Question("prismatic-resolution", "step of the slide's position sensor", "m", "25 um", (ARM,)),
-    Question("prismatic-noise", "its noise, rms", "m", "10 um", (ARM,)),
-    Question("deflection-range", "range of the deflection sensor at the tip, either way (0 mm: none)", "m", "0 mm", (ARM,)),
+    Question("prismatic-noise", "its noise, rms", "m", "10 um", (ARM,), may_be_zero=True),
+    Question(
+        "deflection-range", "range of the deflection sensor at the tip, either way (0 mm: none)", "m", "0 mm", (ARM,), may_be_zero=True
+    ),
     Question("deflection-resolution", "its step", "m", "20 um", (ARM,)),
-    Question("deflection-noise", "its noise, rms", "m", "20 um", (ARM,)),
+    Question("deflection-noise", "its noise, rms", "m", "20 um", (ARM,), may_be_zero=True),
 )
 
 
@@ -110,10 +115,12 @@ def _problem(question: Question, kind: str, given: str) -> str:
     if unit == "word":
         return ""
     try:
-        number(given, unit or ("rad" if kind == ROTARY else "m"))
+        value = number(given, unit or ("rad" if kind == ROTARY else "m"))
     except LongreachError as error:
-        return f"{given!r}: {error.refusal.what}. {error.refusal.next_step}"
-    return ""
+        return f"{given!r}: {error.refusal.what}. {error.refusal.next_step}".rstrip(". ")
+    if value > _BEYOND_ANY_MACHINE:
+        return f"{given!r}: no machine has that"
+    return "" if value > 0.0 or question.may_be_zero else f"{given!r}: must be above 0"
 
 
 def number(given: str, unit: str) -> float:

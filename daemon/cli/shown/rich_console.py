@@ -6,4 +6,4 @@ from rich.console import Console
 
 
 def console() -> Console:
-    return Console(highlight=False, soft_wrap=True)
+    return Console(highlight=False, soft_wrap=True, emoji=False)  # `file.yaml:100:5` has an emoji's name in it

@@ -112,6 +112,6 @@ def _show(runs: list[SimulatedRun], pictures: list[str]) -> None:
     if len(runs) == 1 and runs[0].outcome:
         print("\n".join(lines(runs[0].outcome)))
     else:
-        Console().print(table(runs))
+        Console(emoji=False, markup=False).print(table(runs))
     for name in pictures:
         print(f"picture: {name}")

@@ -14,6 +14,7 @@ from config.checking.unusable import refuse_unusable
 from config.errors import ConfigError
 from config.loading.load import LoadedRig, load_rig, rig_from_text
 from daemon.checks.interlocks import rig_facts
+from daemon.cli.main import main
 from daemon.ipc.slow_samples import slow_mailbox
 from daemon.loop.device_bank import DeviceBank
 from daemon.processes import supervisor
@@ -31,6 +32,8 @@ DEVICE_FAULTS = [
     ("unit_id: 3", "unit_id: 248", "unit_id is out of range: 248 .limit: 1 to 247"),
     ("port: 1502", "port: 70000", "port is out of range: 70000"),
     ("host: 127.0.0.1", "host: ''", "host must have at least 1 entries|host.*at least 1 character"),
+    ("host: 127.0.0.1", "host: 127.0.0.1:1502", "host: neither a host name nor an IP address; the port has a key of its own"),
+    ("host: 127.0.0.1", "host: 300.1.2.3", "host: neither a host name nor an IP address"),
     ("host: 127.0.0.1", "hots: 127.0.0.1", "hots is not a key here: nearest is 'host'"),
     ("supply: {address: 0}", "supply: {address: -1}", "supply.address is out of range: -1"),
     ("supply: {address: 0}", "supply: {adress: 0}", "adress is not a key here: nearest is 'address'"),
@@ -44,6 +47,8 @@ DEVICE_FAULTS = [
     ("port: 1502", "port: 1502\n      answer_timeout: 20 mm", "answer_timeout: wrong kind of unit"),
     ("channel: input_1", "channel: input_2", "the device 'module' has no input 'input_2': nearest is 'input_1'. Its inputs: input_1"),
     ("loopback: {1: 1}", "loopback: {1: 2}", "loopback {1: 2} is {output: input}, and outputs 1 to 1 and inputs 1 to 1 are in use"),
+    ("loopback: {1: 1}", "loopback: {output_1: 1}", "loopback: the key 'output_1' must be a whole number"),
+    ("fault_reactions: {89: 2, 75: 2}", "fault_reactions: {0x59: 2}", "fault_reactions: the key '0x59' must be a whole number"),
     ("      outputs: 1\n", "      outputs: 5\n", "outputs is out of range: 5 .limit: 0 to 4"),
     ("every_syncs: 4", "every_sync: 4", "every_sync is not a key here: nearest is 'every_syncs'"),
     ("every_syncs: 4", "counts_per_volt: 0", "counts_per_volt is out of range: 0"),
@@ -92,6 +97,27 @@ PLANT_FAULTS = [
     ),
     ("channel: axis.command", "channel: axis.comand", "the device 'rig' has no output 'axis.comand': nearest is 'axis.command'"),
     ("{driver: sim}", "{driver: sim, options: {sead: 1}}", "sead is not a key here: nearest is 'seed'"),
+]
+# No rig comes of such a file; the line is that of the mistake, or of what it breaks.
+UNREADABLE = [
+    ("bore: 16 mm", "bore: " + "9" * 5000, "bench.yaml:33:13: .*bore: a finite number was expected"),
+    ("bore: 16 mm", "bore: " + "9" * 400, "bench.yaml:33:13: .*bore: a finite number was expected"),
+    ("bore: 16 mm", "bore: " + "9" * 400 + " mm", "bench.yaml:33:13: .*bore: a finite number was expected: .{1,130}…[.] Allowed"),
+    ("bore: 16 mm", "bore: .nan", "bench.yaml:33:13: .*bore: a finite number was expected: nan"),
+    ("bore: 16 mm", "bore: 16,5 mm", "bench.yaml:33:13: .*bore: a decimal comma: '16,5 mm'. Write a point"),
+    ("bore: 16 mm", "bore: !!float 16", "bench.yaml:33:13: .*tags .!. are not used here"),
+    ("bore: 16 mm", "bore: &b 16 mm", "bench.yaml:33:13: .*anchors and aliases"),
+    ("bore: 16 mm", "bore: " + "[" * 3000 + "]" * 3000, "bench.yaml:33:.*nested deeper than 60 levels"),
+    ("bore: 16 mm", "bore: '16 mm", r"bench.yaml:46:1: .*unexpected end of stream \(while scanning a quoted scalar begun on line 33\)"),
+    ("bore: 16 mm", "bore:16 mm", r"bench.yaml:34:7: .*could not find expected ':' \(while scanning a simple key begun on line 33\)"),
+    ("bore: 16 mm", "\tbore: 16 mm", r"bench.yaml:33:\d+: .*\\t"),
+    ("bore: 16 mm", "bore: 16 mm\n      bore: 17 mm", "bench.yaml:34:7: .*bore stands twice: first on line 33"),
+    ("bore: 16 mm", "bore: 16\0 mm", r"bench.yaml:33:15: .*character '\\x00' is not allowed"),
+    ("travel: [0 m, 0.2 m]", "travel: [0.2 m]", r"bench.yaml:31:15: .*travel must have at least 2 entries: got \['0.2 m'\]"),
+    ("name: bench", "name: " + "x" * 65, "bench.yaml:2:7: name is not a usable name: .* 64 in all"),
+    ("  rig: {driver", "  rig/1: {driver", "bench.yaml:18:3: devices.rig/1 is not a usable name"),
+    ("longreach: rig/1", "longreach: maneuver/1", "bench.yaml:1:12: this file is 'maneuver/1', not 'rig/1'"),
+    ("plant:\n", "---\nplant:\n", "bench.yaml:27:1: .*another document"),
 ]
 
 # Such a rig runs, perhaps not as meant: what is said of it has the number that makes it odd. By hand, with areas of 2.011 and 1.225 cm^2:
@@ -145,6 +171,11 @@ ODD_DEVICES = [
         r"counts 0 to 4.29497e\+09 of position mean -107400 to 0 m; the joint's travel is 0.02 to 0.18 m",
     ),
     (
+        "supply: {address: 0}",
+        "supply: {table: holding, address: 40003}",
+        "address 40003 looks like the number of a register.*that register has the address 2 of the holding table",
+    ),
+    (
         "{scale: 100 Pa, offset: -0.5 MPa}",
         "{scale: 1 Pa}, high: 1 MPa",
         r"counts 0 to 65535 of tank mean 0 to 0.0655\d MPa; low to high is any to 1 MPa",
@@ -195,6 +226,60 @@ def test_a_plant_that_cannot_be_simulated_is_told_and_never_reaches_the_daemon(
     old: str, new: str, message: str, tmp_path: Path, capsys
 ) -> None:
     check_told_and_refused(replaced(PLANT, old, new), PLANT.index(old), old, message, tmp_path, capsys)
+
+
+@pytest.mark.parametrize(("old", "new", "message"), UNREADABLE)
+@pytest.mark.parametrize("ending", ["\n", "\r\n"])
+def test_a_file_that_says_nothing_is_told_and_never_reaches_the_daemon(
+    old: str, new: str, message: str, ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With a byte-order mark and the line ends of another system as well: both are read, and the lines stay those of the file."""
+    content = replaced(PLANT, old, new).replace("\n", ending).encode("utf-8-sig" if ending == "\r\n" else "utf-8")
+    told_by_check_and_daemon(content, message, tmp_path, capsys)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "bench.yaml:1:1: the file is empty"),
+        (b"# a rig\n", "bench.yaml:1:1: the file is empty"),
+        (b"t_s,axis.position\n0,1\n", "bench.yaml:1:1: the file must be a mapping of keys to values"),
+        (bytes(range(256)) * 40, "bench.yaml:2:118: the file is not UTF-8 text: byte 0x80"),
+        (PLANT.encode("utf-16"), "bench.yaml:1:1: the file is not UTF-8 text"),
+        (
+            PLANT.replace("name: bench", "name: bench # Prüfstand").encode("latin-1"),
+            "bench.yaml:2:17: the file is not UTF-8 text: byte 0xfc",
+        ),
+        (PLANT[: len(PLANT) // 2].encode(), "bench.yaml:26:.*not readable as YAML"),
+    ],
+    ids=["empty", "comment", "table", "binary", "utf-16", "latin-1", "cut"],
+)
+def test_what_is_no_rig_file_at_all(content: bytes, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told_by_check_and_daemon(content, message, tmp_path, capsys)
+
+
+def told_by_check_and_daemon(content: bytes, message: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = folder / "bench.yaml"
+    file.write_bytes(content)
+    for run in (["check", str(file)], ["daemon", str(file), "--runtime-dir", str(folder / "run"), "--log-dir", str(folder / "logs")]):
+        command = main if run[0] == "check" else supervisor.main
+        assert command(run if command is main else run[1:]) == 1
+        assert re.search(message, capsys.readouterr().err)
+    assert [path.name for path in folder.iterdir()] == ["bench.yaml"]
+
+
+def test_line_and_brackets_of_a_finding_are_shown_as_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`:100:` is the name of a picture to rich, and `[0, 0.2]` could be its markup."""
+    lines = "".join(f"# {number}\n" for number in range(88))
+    (tmp_path / "b.yaml").write_text(
+        lines + replaced(PLANT, "travel: [0.02 m, 0.18 m]", "travel: [0.02 m, 0.5 m]").replace("\njoints", "\n\n\n\n\njoints")
+    )
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "b.yaml"]) == 1
+    said = re.sub(r"[│\s]+", " ", capsys.readouterr().out)
+    assert "b.yaml:100:13: joints.axis.travel [0.02, 0.5] reaches beyond the stops of the simulated joint, [0, 0.2]" in said
 
 
 def check_told_and_refused(wrong: str, at: int, old: str, message: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -114,6 +114,21 @@ def test_what_is_missing_or_wrong_is_told_at_once_and_nothing_is_written(tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "flag", ["bore", "stroke", "mass", "rated-flow", "rated-drop", "supply", "full-scale", "stroke-time", "resolution"]
+)
+def test_a_size_of_nothing_or_beyond_any_machine_is_told_with_its_flag(
+    tmp_path: Path, flag: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    unit = {"mass": "kg", "rated-flow": "l/min", "rated-drop": "bar", "supply": "bar", "full-scale": "V", "stroke-time": "s"}.get(
+        flag, "mm"
+    )
+    for size, said in (("0", "must be above 0"), ("-1", "must not be negative. Give its size"), ("1e300", "no machine has that")):
+        assert main(["new-rig", "bench", *CYLINDER, f"--{flag}={size} {unit}", "-o", str(tmp_path / "bench")]) == 2
+        assert f"--{flag} '{size} {unit}': {said}. Give them with units" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("grade", GRADES)
 def test_a_grade_of_oil_has_its_viscosity_at_40_degrees(grade: int) -> None:
     a, b = walther_constants(float(grade), GRADES[grade])
