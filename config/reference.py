@@ -35,6 +35,10 @@ table. Angle counts as a dimension: where rad/s is asked for, `5 Hz` is refused 
 keys of YAML are not used; unknown and repeated keys are errors.
 """
 _WIDTH = 110
+_MAP_START = """\
+A map of `longreach import` begins with `longreach: map/1`. Its keys are [columns of a log](../method/log.md).
+The table is a CSV (comma, semicolon or tab) or a MATLAB file. Where the separator is no comma, numbers may have
+decimal commas; a line of units below the names belongs to them: `pos` over `mm` is the source `pos [mm]`."""
 _DRIVERS = """\
 What may stand under `options:` of a device in a rig file, and which channels its signals and outputs can name.
 A plug-in declares the same of its driver: `longreach device options DRIVER` prints this page of any installed
@@ -48,7 +52,7 @@ def pages() -> dict[str, str]:
     return {
         "rig.md": _page("Rig file", "A rig file begins with `longreach: rig/1`.", Rig) + _signal_names(),
         "plant.md": _page("Plant section", "The section `plant` of a rig file: the simulated rig.", Plant, ".plant"),
-        "import_map.md": _page("Import map", "A map of `longreach import` begins with `longreach: map/1`.", ImportMap),
+        "import_map.md": _page("Import map", _MAP_START, ImportMap),
         "calibration.md": _page(
             "Calibration record", "A record of `longreach identify` begins with `longreach: calibration/1`.", CalibrationRecord
         ),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -21,12 +21,14 @@ from config.parsing.nearest import nearest_text
 from config.whole_file import replaced_when_done
 from recording.files.writer import LogWriter
 from recording.format.layout import CDR_HEADER, CycleLayout
-from recording.importing.parts import Span, parts
+from recording.importing.parts import Span, parts, rows
 from recording.importing.read_table import read_table
 from recording.importing.source_columns import columns_by_map, columns_by_name, lacking
 from recording.importing.table import Floats, SourceTable
 from recording.importing.table_check import rate_Hz, usable, warnings_about
 from servo_control.signals import Mode
+
+_ROWS_AT_ONCE = 20_000  # packed, so that hours of data need no more memory than their columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +77,9 @@ def ingest_parts(
     table = read_table(source)
     loaded = load_map(map_path) if map_path is not None else None
     layout, columns = columns_by_map(table, loaded) if loaded else columns_by_name(table, rig.rig if rig else None)
+    table, columns = _asked_for(table, columns, spans)
     columns, left_out = usable(table, columns, layout.joint_names)
-    left_out = (*(lacking(table, loaded.map) if loaded else ()), *left_out)
+    left_out = (*table.notes, *(lacking(table, loaded.map) if loaded else ()), *left_out)
     _refuse_other_joints(layout, rig)
     pieces = parts(columns, spans, str(source)) if cut else [columns]
     names = [out] if len(pieces) == 1 else [out.with_name(f"{out.stem}-{number}{out.suffix}") for number in range(1, len(pieces) + 1)]
@@ -86,6 +89,17 @@ def ingest_parts(
     for name, piece in zip(names, pieces, strict=True):
         _write(name, layout, piece, _about(source, piece["t_s"], loaded, rig), _attachments(loaded, rig))
     return [_report(name, table, layout, piece, loaded, left_out) for name, piece in zip(names, pieces, strict=True)]
+
+
+def _asked_for(table: SourceTable, columns: dict[str, Floats], spans: Sequence[Span]) -> tuple[SourceTable, dict[str, Floats]]:
+    """Without the rows that no span has: what is wrong there does not count. Where nothing is left, all rows, for the message."""
+    t = columns.get("t_s")
+    if not spans or t is None:
+        return table, columns
+    inside = np.any([(t >= first) & (t <= last) for first, last in spans], axis=0)
+    if not inside.any():
+        return table, columns
+    return replace(table, columns=rows(table.columns, inside), lines=table.lines[inside]), rows(columns, inside)
 
 
 def _report(
@@ -134,20 +148,23 @@ def _write(
     stamps_ns = np.round((t - t[0]) * 1e9).astype(np.int64)
     with replaced_when_done(out) as temporary:
         writer = LogWriter(temporary, layout, attachments, {"recording": about})
-        for t_ns, record in zip(stamps_ns.tolist(), _records(layout, columns), strict=True):
-            writer.cycle(t_ns, record.tobytes())
+        for first in range(0, len(t), _ROWS_AT_ONCE):
+            piece = slice(first, first + _ROWS_AT_ONCE)
+            for t_ns, record in zip(stamps_ns[piece].tolist(), _records(layout, rows(columns, piece), first), strict=True):
+                writer.cycle(t_ns, record.tobytes())
         writer.close({})
 
 
-def _records(layout: CycleLayout, columns: dict[str, Floats]) -> npt.NDArray[np.uint8]:
-    """All rows packed. What the table does not say: cycles are counted, the mode is running, numbers are NaN."""
-    rows = len(columns["t_s"])
-    packed = np.zeros((rows, layout.struct.size), dtype=np.uint8)
+def _records(layout: CycleLayout, columns: dict[str, Floats], first: int) -> npt.NDArray[np.uint8]:
+    """Rows packed, of which `first` is the first one's number. What the table does not say: cycles are counted, the mode is running,
+    numbers are NaN."""
+    count = len(columns["t_s"])
+    packed = np.zeros((count, layout.struct.size), dtype=np.uint8)
     packed[:, : len(CDR_HEADER)] = np.frombuffer(CDR_HEADER, dtype=np.uint8)
     table = packed.view(layout.dtype)[:, 0]
     for field in layout.fields:
         table[field.name] = columns.get(field.name, np.nan if field.ros_type == "float64" else 0)
-    table["cycle"] = np.arange(rows)
+    table["cycle"] = np.arange(first, first + count)
     if "mode" not in columns:
         table["mode"] = Mode.RUNNING
     return packed

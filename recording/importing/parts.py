@@ -25,6 +25,9 @@ def parts(columns: dict[str, Floats], spans: Sequence[Span], where: str) -> list
     t = columns["t_s"]
     chosen = [rows(columns, (t >= first) & (t <= last)) for first, last in spans] or [columns]
     found = [piece for one in chosen for piece in between_pauses(one, LEAST_ROWS)]
+    if not found and not spans:
+        what = f"no {LEAST_ROWS} rows follow each other without a pause"
+        raise LogError(what, value=f"{len(t)} in all", where=where, next_step="There is nothing to import.")
     if not found:
         asked = ", ".join(f"{first:g} to {last:g} s" for first, last in spans)
         raise LogError(

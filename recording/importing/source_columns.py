@@ -57,7 +57,7 @@ def _joints_named_in(table: SourceTable) -> tuple[str, ...]:
         return joints
     known = [field.name for field in CycleLayout(("rotary", "prismatic")).fields]
     seen = ", ".join(name + nearest_text(name, known) for name in list(table.columns)[:12])
-    advice = "Name the columns as in a log (t_s, rotary.position, rotary.command_V, ...), or give a map with --map."
+    advice = "Name the columns as in a log (t_s, rotary.position, rotary.command_V, ...), or give a map with --map; --suggest proposes one."
     raise LogError("no column of the table is a joint's position or command", value=seen, where=str(table.path), next_step=advice)
 
 
@@ -68,7 +68,7 @@ def _refuse_unknown_names(loaded: LoadedMap, layout: CycleLayout) -> None:
         for name in getattr(loaded.map, section):
             if not layout.has(name):
                 what = f"{name!r} is no column of a log of these joints{nearest_text(name, known)}"
-                problems.append(loaded.tree.problem((section, name), what, of_key=True, next_step="The docs list the columns."))
+                problems.append(loaded.tree.problem((section, name), what, of_key=True, next_step="docs/method/log.md lists the columns."))
             elif section == "constants" and name in loaded.map.columns:
                 problems.append(loaded.tree.problem((section, name), f"{name!r} is both a column and a constant", of_key=True))
     if problems:

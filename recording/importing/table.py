@@ -13,11 +13,13 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class SourceTable:
-    """Columns of floats by name; an empty cell is NaN. `lines` holds each row's line in the file."""
+    """Columns of floats by name; an empty cell is NaN. `lines` holds each row's line in the file, `notes` how it was read where that is
+    not as usual."""
 
     path: Path
     columns: dict[str, Floats]
     lines: npt.NDArray[np.int64]
+    notes: tuple[str, ...] = ()
 
     @property
     def rows(self) -> int:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
+import re
+from array import array
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -14,33 +17,44 @@ from config.whole_file import system_advice
 from recording.importing.table import SourceTable
 
 _DELIMITERS = (",", ";", "\t")
+_WITH_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
+Row = tuple[int, list[str]]
 
 
 def read_text_table(path: Path) -> SourceTable:
-    """A table with one line of column names. Comma, semicolon or tab between cells; lines that start with # are left out.
+    """A table with one line of column names, and perhaps one of their units below. Comma, semicolon or tab between cells; where it is no
+    comma, numbers may have decimal commas. Lines that start with # are left out.
 
     Raises LogError for an empty table, repeated names, rows of another length and cells that are no numbers.
     """
     rows = _rows(path)
-    try:
-        _, names = next(rows)
-    except StopIteration:
-        raise LogError("the table is empty", where=str(path), next_step="It needs a line of column names and rows of numbers.") from None
-    _check_names(names, path)
-    lines, numbers = [], []
+    first = next(rows, None)
+    if first is None:
+        raise LogError("the table is empty", where=str(path), next_step="It needs a line of column names and rows of numbers.")
+    names, rows = _with_units(_named(first[1], path), rows)
+    columns, lines, commas = [array("d") for _ in names], array("q"), 0
     for line, cells in rows:
         if len(cells) != len(names):
             advice = "Every row needs as many cells as there are column names."
             raise LogError("wrong number of cells", value=len(cells), limit=len(names), where=f"{path}:{line}", next_step=advice)
         lines.append(line)
-        numbers.append([_number(cell, name, path, line) for cell, name in zip(cells, names, strict=True)])
+        for column, name, cell in zip(columns, names, cells, strict=True):
+            try:
+                column.append(float(cell))
+            except ValueError:
+                column.append(_other_number(cell, name, path, line))
+                commas += bool(cell)
     if not lines:
         raise LogError("the table has column names but no rows", where=str(path), next_step="There is nothing to import.")
-    table = np.array(numbers, dtype=np.float64)
-    return SourceTable(path, {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}, np.array(lines, dtype=np.int64))
+    if commas:
+        _refuse_points(path)
+    read = {name: np.frombuffer(column, dtype=np.float64) for name, column in zip(names, columns, strict=True)}
+    table = SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), ("Numbers have decimal commas.",) if commas else ())
+    _refuse_infinite(table)
+    return table
 
 
-def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+def _rows(path: Path) -> Iterator[Row]:
     """(line number, stripped cells) of every line that is neither blank nor a comment."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -58,27 +72,55 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
         raise LogError("this is not a text table", value=str(error), where=str(path), next_step=advice) from error
 
 
-def _check_names(names: list[str], path: Path) -> None:
-    repeated = sorted({name for name in names if names.count(name) > 1})
+def _named(names: list[str], path: Path) -> list[str]:
+    """The names; a column without one, as a separator at the end of each line makes it, gets its number."""
+    repeated = sorted({name for name in names if name and names.count(name) > 1})
     if repeated:
         raise LogError("column names stand twice", value=", ".join(repeated), where=str(path), next_step="Rename or remove one of each.")
     if all(_is_number(name) for name in names):
         advice = "The first line must be the column names, for example t_s,rotary.position,rotary.command_V."
         raise LogError("the table has no line of column names", value=",".join(names)[:60], where=str(path), next_step=advice)
+    return [name or f"column {number}" for number, name in enumerate(names, 1)]
 
 
-def _number(cell: str, name: str, path: Path, line: int) -> float:
+def _with_units(names: list[str], rows: Iterator[Row]) -> tuple[list[str], Iterator[Row]]:
+    """Where the line below the names has as many words and no number, these are units: `pos` over `mm` is read as `pos [mm]`."""
+    second = next(rows, None)
+    if second is None:
+        return names, iter(())
+    units = second[1]
+    if not 1 < len(names) == len(units) or any(_is_number(unit) or _WITH_COMMA.fullmatch(unit) for unit in units):
+        return names, chain([second], rows)
+    bare = [unit.strip("[]()") for unit in units]
+    return [f"{name} [{unit}]" if unit else name for name, unit in zip(names, bare, strict=True)], rows
+
+
+def _other_number(cell: str, name: str, path: Path, line: int) -> float:
+    """An empty cell is NaN, `0,25` a quarter; LogError for anything else."""
     if not cell:
         return math.nan
-    try:
-        number = float(cell)
-    except ValueError:
-        what = f"column {name!r} holds something that is no number"
-        advice = "Write numbers with a decimal point and without units; leave the cell empty where there is none."
-        raise LogError(what, value=repr(cell), where=f"{path}:{line}", next_step=advice) from None
-    if math.isinf(number):
-        raise LogError(f"column {name!r} is infinite", value=cell, where=f"{path}:{line}", next_step="Correct or empty the cell.")
-    return number
+    if _WITH_COMMA.fullmatch(cell):
+        return float(cell.replace(",", "."))
+    what = f"column {name!r} holds something that is no number"
+    advice = "Write numbers without units; leave the cell empty where there is none."
+    raise LogError(what, value=repr(cell), where=f"{path}:{line}", next_step=advice)
+
+
+def _refuse_points(path: Path) -> None:
+    """Beside decimal commas a point might be anything."""
+    for line, cells in _rows(path):
+        for cell in cells:
+            if "." in cell and _is_number(cell):
+                advice = "Write all numbers with one sign, and none between thousands."
+                raise LogError("decimal points stand beside decimal commas", value=cell, where=f"{path}:{line}", next_step=advice)
+
+
+def _refuse_infinite(table: SourceTable) -> None:
+    for name, values in table.columns.items():
+        rows = np.flatnonzero(np.isinf(values))
+        if len(rows):
+            where = f"{table.path}:{table.lines[rows[0]]}"
+            raise LogError(f"column {name!r} is infinite", value=values[rows[0]], where=where, next_step="Correct or empty the cell.")
 
 
 def _is_number(text: str) -> bool:

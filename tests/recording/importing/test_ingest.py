@@ -190,6 +190,51 @@ def test_a_long_gap_and_spans_make_several_logs(tmp_path: Path) -> None:
         ingest_parts(data, None, tmp_path / "none.mcap", spans=[(3.5, 4.0)])
 
 
+def test_what_is_wrong_outside_the_spans_does_not_count(tmp_path: Path) -> None:
+    """Empty at first, and a clock that was set back in the end."""
+    table = "t_s,axis.position\n" + "".join(f"{k / 100},{'' if k < 60 else k}\n" for k in range(100)) + "0.2,5\n"
+    data, _, out = make(tmp_path, table)
+    with pytest.raises(LogError, match=r"missing \(empty or NaN\) in 60 of 101 rows.*--from S --to S"):
+        ingest(data, None, out)
+    (report,) = ingest_parts(data, None, out, spans=[(0.6, 0.9)])
+    assert (report.rows, report.warnings) == (31, ())
+    assert list(read_log(out).columns["axis.position"]) == list(range(60, 91))
+
+
+def test_decimal_commas_units_below_the_names_and_separators_at_the_end(tmp_path: Path) -> None:
+    """As a laboratory's program writes them; the same numbers as with points."""
+    table = "Zeit;Weg;u;;\nms;mm;V;;\n0;12,5;-1,25e1;;\n10;13;0,5;;\n20;,5;1;;\n"
+    the_map = (
+        "longreach: map/1\nname: lab\njoints: {axis: linear}\ncolumns:\n  t_s: {source: 'Zeit [ms]', unit: ms}\n"
+        "  axis.position: {source: 'Weg [mm]', unit: mm}\n  axis.command_V: {source: 'u [V]'}\n"
+    )
+    data, map_path, out = make(tmp_path, table, the_map)
+    report = ingest(data, map_path, out)
+    log = read_log(out)
+    assert log.columns["t_s"] == pytest.approx([0.0, 0.01, 0.02])
+    assert log.columns["axis.position"] == pytest.approx([0.0125, 0.013, 0.0005])
+    assert log.columns["axis.command_V"] == pytest.approx([-12.5, 0.5, 1.0])
+    assert report.unknown == ("column 4", "column 5")
+    assert report.warnings == ("Numbers have decimal commas.",)
+    assert 't_s: {source: "Zeit [ms]", unit: ms}' in suggested_map(read_table(data), "lab", "", {"axis": "linear"})
+
+
+@pytest.mark.parametrize("beside", ["0.5", "1.25e3"])
+def test_points_beside_commas_are_refused(tmp_path: Path, beside: str) -> None:
+    data, _, out = make(tmp_path, f"t_s;axis.position\n0;1,234\n1;{beside}\n")
+    with pytest.raises(LogError, match=f"data.csv:3: decimal points stand beside decimal commas: {beside}"):
+        ingest(data, None, out)
+
+
+def test_a_long_table_is_packed_in_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("recording.importing.ingest._ROWS_AT_ONCE", 64)
+    data, _, out = make(tmp_path, rows((0.0, 3.0)))
+    ingest(data, None, out)
+    columns = read_log(out).columns
+    assert list(columns["cycle"]) == list(range(300))
+    np.testing.assert_allclose(columns["axis.position"], np.sin(columns["t_s"]), atol=1e-8)
+
+
 def test_single_empty_cells_cost_their_rows_and_are_told(tmp_path: Path) -> None:
     data, _, out = make(tmp_path, "t_s,axis.position\n0,1\n0.001,\n0.002,3\n0.003,4\n0.004,5\n")
     report = ingest(data, None, out)
