@@ -35,6 +35,9 @@ def test_a_library_that_cannot_be_used_is_left_out_and_says_why(tmp_path: Path) 
     assert "the library of effects 'hoses' is left out" in told
     wide = HOSE_SWELLING.replace("pressure_Pa: float, swelling: float", "swelling: float")
     assert "takes (value, gauge_Pa, swelling)" in refused(tmp_path / "wide", {"hose_swelling": wide})
+    for hook, place in (("SUPPLY", "'supply'"), ("BENDING", "'link'"), ("READING", "a sensor")):
+        elsewhere = HOSE_SWELLING.replace("Hook.COMPLIANCE", f"Hook.{hook}")
+        assert f"is at {place}" in refused(tmp_path / hook, {"hose_swelling": elsewhere})
     lost = HOSE_SWELLING.replace('("swelling",)', '("swelling", "width")')
     assert "law names 'width', which is no parameter" in refused(tmp_path / "lost", {"hose_swelling": lost})
 
