@@ -38,7 +38,16 @@ def with_identified(text: str, rig_file: Path) -> str:
     rig = tree.value(("name",))
     if record.rig != rig:
         raise _at(tree, "record", f"the calibration record is of the rig {record.rig!r}, this is {rig!r}", str(path))
-    return apply_overrides(text, [_override(tree, record, use) for use in reference.get("use", USES)])
+    wanted = reference.get("use")
+    return apply_overrides(text, [_override(tree, record, use) for use in (_held(tree, record) if wanted is None else wanted)])
+
+
+def _held(tree: YamlTree, record: CalibrationRecord) -> list[str]:
+    """What the record has: one move gives the payload and a frequency, no damping."""
+    found = [use for use in USES if record.link is not None and _value(record.link, use) is not None]
+    if not found:
+        raise _at(tree, "record", "the calibration record has nothing about the link", str(tree.value(("identified", "record"))))
+    return found
 
 
 def _override(tree: YamlTree, record: CalibrationRecord, use: str) -> str:

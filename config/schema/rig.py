@@ -121,8 +121,8 @@ class Identified(Section):
     """Numbers of link_mode that come from a calibration record; what stands in link_mode itself is replaced when the file is loaded."""
 
     record: str = Field(description="calibration record (`longreach identify`); a relative path counts from the rig file")
-    use: tuple[Literal["payload", "frequency_map", "damping_ratio"], ...] = Field(
-        default=("payload", "frequency_map", "damping_ratio"), min_length=1, description="what is taken from it"
+    use: tuple[Literal["payload", "frequency_map", "damping_ratio"], ...] | None = Field(
+        default=None, min_length=1, description="what is taken from it; without it, all that the record has"
     )
 
 

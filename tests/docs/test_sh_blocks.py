@@ -54,14 +54,13 @@ ELSEWHERE = {
     "commission my_rig.yaml": "tests/daemon/processes/test_commission_on_daemon.py",
     "--on-rig": "tests/daemon/processes/test_identify_on_rig.py",
     "longreach design": "tests/tuning/loop_design",
-    "longreach shape": "tests/tuning",
-    "--sweep": "tests/daemon/cli/test_simulate.py",
     "/tmp/run.sock why": "the log that the line above plays; tests/daemon/live/test_play.py",
     "demo --lockstep": "console blocks of first-run.md and rig-file.md",
 }
 TALKS = re.compile(r"longreach (why(?! LOG)|events|reset|prove|arm|jog|start|stop|status|ui|top|live)\b")
 ARMED = re.compile(r"longreach (start|stop|jog)\b")
 STAYS = re.compile(r"longreach (ui|live|play)\b|longreachd|--watch")
+IN_HALF_A_MINUTE = re.compile(r"longreach shape my_rig")
 IN_SECONDS = re.compile(r"longreach (check|new-rig|import day)")
 # Other than 0, as the pages say: two runs that differ; something stands in the way; the simulated rig has pressure; no rate is kept.
 STATUS = {"log diff": (1,), "longreach why": (0, 1), "longreach prove": (1,), "longreach host": (0, 1)}
@@ -105,7 +104,9 @@ WITH_DAEMON = [case for case in CASES if TALKS.search(case.command)]
 STAYING = [case for case in CASES if STAYS.search(case.command) and case not in WITH_DAEMON]
 ALONE = [case for case in CASES if case not in WITH_DAEMON and case not in STAYING]
 QUICK = [case for case in ALONE if IN_SECONDS.match(case.command)]
-LONGER = [case for case in ALONE if case not in QUICK]
+LONGER = [
+    pytest.param(case, marks=pytest.mark.long) if IN_HALF_A_MINUTE.match(case.command) else case for case in ALONE if case not in QUICK
+]
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,8 @@ def daemon(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningDaemon]:
 
 @pytest.mark.parametrize("case", QUICK, ids=str)
 def test_commands_that_take_seconds(case: Case, world: World, tmp_path: Path) -> None:
-    ends(case, prepared(case, world, tmp_path))
+    said = ends(case, prepared(case, world, tmp_path))
+    assert not NEVER_SAID.search(said), f"{case.block}: {case.command}\n{said}"
 
 
 @pytest.mark.slow
@@ -163,8 +165,12 @@ def prepared(case: Case, world: World, directory: Path) -> Path:
     return directory
 
 
-def ends(case: Case, directory: Path, **variables: str) -> None:
-    """With the exit status that the page promises."""
+# What no command may say, whatever its exit status: an error nobody wrote a sentence for, a number nobody looked at.
+NEVER_SAID = re.compile(r"Traceback|\bnan\b|Warning:")
+
+
+def ends(case: Case, directory: Path, **variables: str) -> str:
+    """With the exit status that the page promises; what it says."""
     done = subprocess.run(
         ["bash", "-c", case.command],
         cwd=directory,
@@ -177,6 +183,7 @@ def ends(case: Case, directory: Path, **variables: str) -> None:
     )
     allowed = next((status for words, status in STATUS.items() if words in case.command), (0,))
     assert done.returncode in allowed, f"{case.block}: {case.command}\n{done.stdout}"
+    return done.stdout
 
 
 def stays(case: Case, directory: Path, variables: dict[str, str]) -> None:

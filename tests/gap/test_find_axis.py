@@ -30,6 +30,7 @@ def search(tmp_path: Path, model_text: str, truth_text: str) -> dict[str, Any]:
     return content
 
 
+@pytest.mark.slow
 def test_deleted_coulomb_friction_is_found_and_the_gap_closes(tmp_path: Path) -> None:
     content = search(tmp_path, axis_logs.axis_text("coulomb_friction"), axis_logs.axis_text())
     assert content["verdict"] in ("named", "ambiguous")

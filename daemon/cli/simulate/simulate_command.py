@@ -12,9 +12,10 @@ from daemon.cli.connection import add_json_option
 from daemon.cli.operate.motion_commands import maneuver_text
 from daemon.cli.shaper_option import add_shaper_options, shaper_request
 from daemon.cli.shown.progress import progress_lines
-from daemon.cli.shown.shown_units import add_si_option, stated_refusals
+from daemon.cli.shown.shown_units import add_si_option, sentences_for, stated_refusals
 
 if TYPE_CHECKING:
+    from config.stated_sentences import StatedSentences
     from daemon.cli.simulate.outcome import RunOutcome
     from daemon.cli.simulate.runs import SimulatedRun, Work
 
@@ -56,7 +57,7 @@ def _simulate(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"runs": [run.as_dict() for run in runs], "pictures": pictures}))
     else:
-        _show(runs, pictures)
+        _show(runs, pictures, sentences_for(works[0].rig_text, arguments.si))
     return 0
 
 
@@ -104,14 +105,15 @@ def _pictures(runs: list[SimulatedRun]) -> list[str]:
     return made
 
 
-def _show(runs: list[SimulatedRun], pictures: list[str]) -> None:
+def _show(runs: list[SimulatedRun], pictures: list[str], sentences: StatedSentences) -> None:
     from rich.console import Console
 
-    from daemon.cli.simulate.table import lines, table
+    from daemon.cli.simulate.table import below, lines, table
 
     if len(runs) == 1 and runs[0].outcome:
         print("\n".join(lines(runs[0].outcome)))
     else:
         Console(emoji=False, markup=False).print(table(runs))
+        print("\n".join(below(runs, sentences)))
     for name in pictures:
         print(f"picture: {name}")

@@ -69,6 +69,14 @@ def test_only_what_is_asked_for_is_taken(tmp_path: Path) -> None:
     assert (link.frequency_map, link.damping_ratio) == ((), 0.005)
 
 
+def test_what_the_record_lacks_is_left_as_the_rig_file_has_it(tmp_path: Path) -> None:
+    """`identify --what payload` sees one move, and so no damping."""
+    link = load_rig(_rig(tmp_path, "", RECORD.replace("  damping_ratio: 0.006\n", ""))).rig.link_mode
+    assert link is not None
+    assert link.payload_kg == pytest.approx(30 * 0.45359237)
+    assert (len(link.frequency_map), link.damping_ratio) == (2, 0.005)
+
+
 def test_check_shows_the_record_and_that_it_has_expired(tmp_path: Path) -> None:
     loaded = load_rig(_rig(tmp_path))
     texts = {

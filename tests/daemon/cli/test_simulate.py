@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import json
 import re
+from io import StringIO
 from pathlib import Path
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from rich.console import Console
 
 from config.errors import UsageError
 from config.loading.load import load_rig
+from config.loading.stated_units import sentence_units
+from config.stated_sentences import StatedSentences
 from daemon.cli.demo.demo_command import requests as demo_requests
 from daemon.cli.demo.demo_runs import DemoRuns
 from daemon.cli.main import main
+from daemon.cli.simulate.outcome import JointOutcome, RunOutcome
+from daemon.cli.simulate.runs import SimulatedRun
 from daemon.cli.simulate.sweep import assignment, cases
+from daemon.cli.simulate.table import below, table
 from daemon.lockstep import run_lockstep
 from recording.files.reader import read_log
 
@@ -72,6 +79,22 @@ def test_a_sweep_runs_every_case_and_a_refused_one_is_a_row(tmp_path: Path, caps
         assert run["outcome"] is None
         assert "rotary" in run["refused"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["s-1.mcap", "s-2.mcap"]
+
+
+def test_a_sweep_fits_80_columns_with_every_number_whole(tmp_path: Path) -> None:
+    """Two joints and two swept keys: nothing is cut with an ellipsis; logs and refusals stand below."""
+    testbed = load_rig("ornl_testbed")
+    (log,) = run_lockstep(testbed, [{"maneuver": {"name": "jog"}}], tmp_path)
+    joint = JointOutcome(0.00123456, 0.2, 0.1, 3.123456)
+    made = RunOutcome(log, 4.0, {"rotary": joint, "prismatic": joint}, 0.0123456, 0.5)
+    swept = [{"servo.rotary.gain": f"{gain} V/deg", "shaper": "adaptive_zv"} for gain in ("0.25", "0.35")]
+    runs = [SimulatedRun(swept[0], made, ""), SimulatedRun(swept[1], None, "above 0.9144 m")]
+    shown = StringIO()
+    Console(width=80, file=shown).print(table(runs))
+    said = shown.getvalue()
+    assert "…" not in said
+    assert re.search(r"1 +0.25 V/deg +adaptive_zv +0.0707 +3.12 +0.0486 +3.12 +0.0123", said)
+    assert below(runs, StatedSentences(sentence_units(testbed.text))) == [f"log: {log}", "run 2 refused: above 36 in"]
 
 
 def test_sweeps_are_read_as_written() -> None:

@@ -81,6 +81,7 @@ def test_the_page_says_what_the_log_says(page: Path, logs: list[Path]) -> None:
     assert "psi" in text
 
 
+@pytest.mark.slow
 def test_the_page_needs_nothing_but_itself(page: Path) -> None:
     assert outside_links(page) == []
     assert "<script" not in page.read_text()
@@ -88,6 +89,7 @@ def test_the_page_needs_nothing_but_itself(page: Path) -> None:
     assert page.stat().st_size < 3_000_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 400])
 def test_the_page_opens_in_a_browser(page: Path, tmp_path: Path, width: int) -> None:
     seen = opened(page, tmp_path, width)
@@ -97,6 +99,7 @@ def test_the_page_opens_in_a_browser(page: Path, tmp_path: Path, width: int) -> 
     assert seen.width <= width
 
 
+@pytest.mark.slow
 def test_an_earlier_run_is_valid_of_the_same_maneuver_and_before(logs: list[Path], tmp_path: Path) -> None:
     assert last_valid_run(read_log(logs[1]), 2, "paper_line") == (logs[0], 1)
     assert last_valid_run(read_log(logs[0]), 1, "paper_line") is None

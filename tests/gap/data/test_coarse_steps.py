@@ -98,6 +98,7 @@ def test_a_rig_file_that_has_them_is_not_told(logs: list[Measured]) -> None:
     assert coarse_steps(coarse[:1], coarse[1:], told) == []
 
 
+@pytest.mark.slow
 def test_the_search_names_them_beside_what_it_finds(logs: list[Measured], tmp_path: Path) -> None:
     """Here nothing else is missing, and the verdict is not "no gap"."""
     rig = tmp_path / "axis.yaml"

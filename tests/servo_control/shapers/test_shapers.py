@@ -32,10 +32,19 @@ NAMES = [shaper["kind"] for shaper in SHAPERS]
 BOTH = {"joints": ["rotary", "prismatic"]}
 
 
+PREDICTED: dict[str, dict[str, np.ndarray]] = {}  # several tests look at the same run of the session's rig and maneuver
+
+
 def _shaped(rig: Rig, maneuver: dict[str, Any], shaper: dict[str, Any]) -> dict[str, np.ndarray]:
-    cycles = list(predict(rig, plan_run(rig, request(maneuver, shaper=shaper))))
-    names = ("target", "target_rate", "reference", "reference_rate")
-    return {name: np.array([getattr(cycle, name) for cycle in cycles]) for name in names}
+    """Read only: the arrays are shared."""
+    key = json.dumps([maneuver["name"], shaper])
+    if key not in PREDICTED:
+        cycles = list(predict(rig, plan_run(rig, request(maneuver, shaper=shaper))))
+        names = ("target", "target_rate", "reference", "reference_rate")
+        PREDICTED[key] = {name: np.array([getattr(cycle, name) for cycle in cycles]) for name in names}
+        for values in PREDICTED[key].values():
+            values.setflags(write=False)
+    return PREDICTED[key]
 
 
 def _omega(rig: Rig, extension: np.ndarray) -> np.ndarray:
@@ -142,7 +151,8 @@ def test_flush_time_is_enough(rig: Rig, paper_y30: dict[str, Any], shaper: dict[
 
 @pytest.mark.parametrize("shaper", SHAPERS, ids=NAMES)
 def test_snapshot_continues_bit_for_bit(rig: Rig, paper_y30: dict[str, Any], shaper: dict[str, Any]) -> None:
-    one, other = _made(rig, paper_y30, shaper), _made(rig, paper_y30, shaper)
+    setup = plan_run(rig, request(paper_y30, shaper=shaper)).shaper
+    one, other = setup.build(), setup.build()
     one.reset([0.0, 0.762])
     rng = np.random.default_rng(1)
     path = np.cumsum(rng.normal(0, 1e-4, (3000, 2)), axis=0) + [0.0, 0.762]

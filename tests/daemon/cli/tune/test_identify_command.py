@@ -57,6 +57,7 @@ def test_the_record_says_who_when_how_sure_and_from_which_logs(out: Path) -> Non
     assert [point.extension_m for point in record.link.frequency_map] == pytest.approx([30 * 0.0254, 42 * 0.0254, 54 * 0.0254], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_the_map_is_that_of_the_beam_with_a_joint_that_gives(out: Path) -> None:
     """Clamped one-shape formula with 30 lb, 0.7 %, with the shipped end-point feedback on; damping of the plant, 0.5 %."""
     numbers = json.loads((out / "results.json").read_text())["links"][0]
@@ -68,12 +69,14 @@ def test_the_map_is_that_of_the_beam_with_a_joint_that_gives(out: Path) -> None:
     assert abs(numbers["damping_ratio"] - 0.005) < numbers["damping_uncertainty"] < 0.002
 
 
+@pytest.mark.slow
 def test_pictures_and_page_are_written_whole(out: Path) -> None:
     assert (out / "link.png").read_bytes().startswith(b"\x89PNG")
     assert (out / "index.html").read_text().count("data:image/png") == 1
     assert not list(out.glob(".*.part"))
 
 
+@pytest.mark.slow
 def test_the_same_logs_give_the_same_record(out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logs = [word for path in sorted((out / "logs").glob("*.mcap")) for word in ("--log", str(path))]
     _answer(capsys, "identify", *logs, "--out", str(tmp_path))
@@ -82,6 +85,7 @@ def test_the_same_logs_give_the_same_record(out: Path, tmp_path: Path, capsys: p
     assert (new.link, new.logs) == (old.link, old.logs)
 
 
+@pytest.mark.slow
 def test_a_rig_file_takes_the_numbers_and_check_shows_them(out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rig = tmp_path / "rig.yaml"
     rig.write_text(find("rigs", "ornl_testbed").read_text() + f"\nidentified: {{record: {_record(out)}}}\n")
