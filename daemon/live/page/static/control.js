@@ -3,9 +3,18 @@ const byId = (id) => document.getElementById(id);
 const MAY = { "arm-button": ["disarmed"], disarm: ["arming", "holding", "running", "stopping", "proving"], stop: ["running", "proving", "holding"] };
 const ASKS = { "arm-button": "arm", disarm: "disarm", reset: "reset", stop: "stop" };
 
-export function showMessage(text, done = false) {
+let done = { mode: null, reached: false };
+
+/** What was done is no news any more when the mode has changed since. */
+function forgetDone(mode) {
+  if (mode === done.mode) done.reached = true;
+  else if (done.reached && byId("message").className === "done") showMessage("");
+}
+
+export function showMessage(text, isDone = false, mode = null) {
+  done = { mode, reached: false };
   byId("message").textContent = text;
-  byId("message").className = done ? "done" : "";
+  byId("message").className = isDone ? "done" : "";
   byId("message").hidden = !text;
 }
 
@@ -33,6 +42,7 @@ export class Control {
   }
 
   follow(status) {
+    forgetDone(status.mode);
     for (const [id, modes] of Object.entries(MAY)) byId(id).disabled = !modes.includes(status.mode);
     byId("reset").disabled = !(status.mode === "fault" || (status.mode === "disarmed" && status.estop === "latched"));
   }
@@ -46,10 +56,10 @@ export class Control {
     this.#request("estop", "e-stop: outputs are safe; Reset clears it");
   }
 
-  async #request(method, done = "") {
+  async #request(method, words = "") {
     try {
       const answer = await this.ask("/api/request", { method, params: {} });
-      showMessage(done || `${method}: ${answer.mode}`, true);
+      showMessage(words || `${method}: ${answer.mode}`, true, answer.mode);
     } catch (error) {
       const more = method === "estop" ? "\nUse the e-stop of the rig, or longreach estop in a terminal." : "";
       showMessage(error.message + more);

@@ -99,7 +99,7 @@ export class Maneuver {
     showMessage(`start of ${params.maneuver.name}: waiting until the arm is at rest, at most ${SETTLE_S} s`, true);
     try {
       const run = await this.ask("/api/request", { method: "start", params: { ...params, settle_s: SETTLE_S } });
-      showMessage(`run ${run.run} starts in ${run.countdown_s.toFixed(0)} s and takes ${run.duration_s.toFixed(1)} s`, true);
+      showMessage(`run ${run.run} starts in ${run.countdown_s.toFixed(0)} s and takes ${run.duration_s.toFixed(1)} s`, true, "running");
     } catch (error) {
       showMessage(error.message);
     }

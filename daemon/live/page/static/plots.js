@@ -2,6 +2,7 @@
 const COLOURS = ["#2f6fb5", "#d9622b", "#2c8a3f", "#9a5fb0", "#b8860b", "#c4271b", "#5f7d8c", "#d0559a"];
 const HEIGHT = 170;
 const PERIOD_MS = 33; // 30 pictures a second
+const STORED_UNIT = /_(V|Pa|C|us|m|mps2)$/; // of a log's field; the plot has the unit of the rig file in its title
 const OWN = "own";
 const byId = (id) => document.getElementById(id);
 
@@ -12,13 +13,19 @@ export class Plots {
     this.paused = false;
     this.drawnMs = 0;
     this.closing = new AbortController();
+    this.#takeColour();
     this.plots = rig.plots.map((plot) => this.#make(plot.title, plot.signals));
     this.#offerSignals();
     this.#listen();
   }
 
+  #takeColour() {
+    this.colour = getComputedStyle(document.body).color;
+  }
+
   #listen() {
     const { signal } = this.closing;
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#takeColour(), { signal });
     byId("pause").addEventListener("click", () => this.#pause(!this.paused), { signal });
     byId("window").addEventListener("change", () => this.#pause(false), { signal });
     this.resizing = new ResizeObserver(() => this.plots.forEach((plot) => plot.u.setSize({ width: plot.box.clientWidth, height: HEIGHT })));
@@ -59,9 +66,9 @@ export class Plots {
   }
 
   #options(box, signals, units) {
-    const colour = getComputedStyle(document.body).color;
-    const axis = { stroke: colour, grid: { stroke: "#8883", width: 1 }, ticks: { stroke: "#8886", width: 1 } };
-    const named = (signal) => (units.length > 1 ? `${signal.name} / ${signal.unit}` : signal.name);
+    const axis = { stroke: () => this.colour, grid: { stroke: "#8883", width: 1 }, ticks: { stroke: "#8886", width: 1 } };
+    const bare = (signal) => signal.name.replace(STORED_UNIT, "");
+    const named = (signal) => (units.length > 1 ? `${bare(signal)} / ${signal.unit}` : bare(signal));
     return {
       width: box.clientWidth || 320,
       height: HEIGHT,
