@@ -155,14 +155,16 @@ def report(log: str | Path, run: int | None = None, *, simulate: bool = True) ->
 
 
 def design(rig: str | Path, *, effort: int = 25) -> list[str]:
-    """The compensator of the rotary joint that is stiffest with margins over the whole workspace, as changes of the rig file."""
+    """The compensator of an arm's rotary joint, or of a single hydraulic axis, that is stiffest with margins over the whole workspace, as
+    changes of the rig file."""
     from math import inf
 
     from tuning.loop_design.arm_design import as_overrides
     from tuning.loop_design.arm_design import design as search
 
     loaded = load_rig(rig)
-    return as_overrides(search(loaded, loaded.end_point.gain if loaded.end_point else 0.0, effort=effort, largest_cycle=inf).chosen.servo)
+    found = search(loaded, loaded.end_point.gain if loaded.end_point else 0.0, effort=effort, largest_cycle=inf)
+    return as_overrides(loaded, found.chosen.servo)
 
 
 def find_gap(

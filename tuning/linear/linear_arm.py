@@ -6,6 +6,7 @@ taken out (a stuck joint has no frequency response) and the extension held.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import control
@@ -15,13 +16,24 @@ from config.schema.rig import Rig
 from sim_backend.kernel import kernel
 from sim_backend.kernel.parameters import Parameters
 from sim_backend.kernel.rates import rates
-from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, C, D, J, Vector, X
+from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, SLOTS, C, D, J, Vector, X
 from sim_backend.memory.work import WORK, W
 from sim_backend.plant import SimulatedRig
 from tuning.arrays import Complexes, Floats
 from tuning.variants import ROTARY
 
-STATES = (D.POSITION, D.VELOCITY, D.SPOOL, D.SPOOL_RATE, D.PRESSURE_A, D.PRESSURE_B, X.SHAPE_1, X.SHAPE_2, X.SHAPE_1_RATE, X.SHAPE_2_RATE)
+STATES: tuple[int, ...] = (
+    D.POSITION,
+    D.VELOCITY,
+    D.SPOOL,
+    D.SPOOL_RATE,
+    D.PRESSURE_A,
+    D.PRESSURE_B,
+    X.SHAPE_1,
+    X.SHAPE_2,
+    X.SHAPE_1_RATE,
+    X.SHAPE_2_RATE,
+)
 _STEPS: dict[int, float] = {D.POSITION: 1e-6, D.VELOCITY: 1e-6, D.SPOOL: 1e-6, D.SPOOL_RATE: 1e-4, D.PRESSURE_A: 10.0, D.PRESSURE_B: 10.0}
 _SHAPE_STEP = 1e-7
 _NO_LAG_S = 1e-5
@@ -29,7 +41,8 @@ _NO_LAG_S = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class LinearArm:
-    """ẋ = A x + b u; u in V. `position` (rad) and `deflection` (m) are output rows; `extension_m` is where it was linearised."""
+    """ẋ = A x + b u; u in V. `position` (rad or m) and `deflection` (m) are output rows; `extension_m` is where it was linearised.
+    A single axis has no deflection, and an extension of 1."""
 
     a: Floats
     b: Floats
@@ -75,7 +88,7 @@ def linear_arm(
         values[offset(J.VALVE_TIME, ROTARY)] = _NO_LAG_S
     plant.reset([0.0, extension_m], temperature_C)
     plant.state[D_STRIDE + D.VELOCITY] = 0.0
-    a, b = jacobians(plant.state, values)
+    a, b = jacobians(at_rest(plant.state), values)
     if stuck:
         _hold(a, values, plant.parameters)
     return _with_outputs(a, b / values[offset(J.FULL_SCALE, ROTARY)], extension_m, rigid)
@@ -100,14 +113,19 @@ def _hold(a: Floats, values: Vector, parameters: Parameters) -> None:
     a[:, 1] -= by_torque * values[parameters.offset(J.BRISTLE_DAMPING, ROTARY)]
 
 
-def jacobians(state: Vector, values: Vector) -> tuple[Floats, Floats]:
-    """(A, b) over STATES about `state` by central differences; b is per unit of wanted spool opening."""
-    work, rate = np.zeros(WORK), np.zeros((2, DIFFERENTIAL))
+def at_rest(state: Vector) -> Vector:
+    """The first joint slot at 0 with its spool in the middle."""
     base = state.copy()
     base[: D.PRESSURE_A] = 0.0
+    return base
+
+
+def jacobians(base: Vector, values: Vector, states: Sequence[int] = STATES, wanted: int = W.WANTED) -> tuple[Floats, Floats]:
+    """(A, b) over `states` about `base` by central differences; b is per unit of spool opening, at `wanted` of the work."""
+    work, rate = np.zeros(WORK), np.zeros((2, DIFFERENTIAL))
     kernel.hold_terms(base, values, work)
     kernel.start_air(base, values, work)
-    work[W.WANTED] = 0.0
+    work[wanted] = 0.0
 
     def slope(index: int, vector: Vector, step: float) -> Floats:
         middle = vector[index]
@@ -115,7 +133,12 @@ def jacobians(state: Vector, values: Vector) -> tuple[Floats, Floats]:
             vector[index] = middle + (2 * side - 1) * step
             rates(base, values, work, 0.0, values[C.STEP], rate[side])
         vector[index] = middle
-        return np.asarray((rate[1] - rate[0])[list(STATES)] / (2.0 * step))
+        return np.asarray((rate[1] - rate[0])[list(states)] / (2.0 * step))
 
-    columns = [slope(int(state), base, _STEPS.get(int(state), _SHAPE_STEP)) for state in STATES]
-    return np.column_stack(columns), slope(int(W.WANTED), work, 1e-6)
+    columns = [slope(int(state), base, _step(int(state))) for state in states]
+    return np.column_stack(columns), slope(int(wanted), work, 1e-6)
+
+
+def _step(state: int) -> float:
+    """Of the central difference: by what a joint's state is, or that of the link's shapes."""
+    return _STEPS.get(state % D_STRIDE, _SHAPE_STEP) if state < SLOTS * D_STRIDE else _SHAPE_STEP

@@ -8,24 +8,23 @@ from functools import partial
 from itertools import product
 from math import degrees, inf
 
-import numpy as np
-
 from config.errors import ManeuverError
 from config.schema.end_point import EndPoint
 from config.schema.rig import LinkMode, Rig
 from servo_control.link.end_point import lead_shares, scheduled_gain
 from servo_control.link.link_mode import LinkFrequency
-from tuning.arrays import Complexes, Floats
 from tuning.limit_cycles.describing_function import FrictionCompliance
 from tuning.limit_cycles.exact_cycle import Cycle, ExactLoop
 from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
 from tuning.linear.linear_arm import LinearArm, linear_arm
 from tuning.loop_design.amplitude_members import MeasuredPlant, amplitude_members
+from tuning.loop_design.axis_design import axis_problem, position_response
 from tuning.loop_design.lag_lead_design import Demands, Design, DesignProblem, PlantResponse, at_pace, search
 from tuning.loop_design.rotary_joint import DesignedJoint, designed_joint
 from tuning.loop_design.workspace import OVERLOAD, UNLOADED, Place, extension_m, places_in
 from tuning.transfer import lag_lead
+from tuning.variants import ROTARY
 
 PAYLOAD_SHARES = (0.0, 1 / 3, 1.0, OVERLOAD)  # of the believed payload, at one extension
 DAMPING_WITH_TIP = 0.015
@@ -51,7 +50,8 @@ class OperatingPoint:
 
 @dataclass(frozen=True, slots=True)
 class ArmDesign:
-    """The lag-lead found and the best pure gain under the same demands; `chosen` is the stiffer one, `hunting` its cycles with friction."""
+    """The lag-lead found and the best pure gain under the same demands; `chosen` is the stiffer one, `hunting` an arm's cycles
+    with friction."""
 
     problem: DesignProblem
     lag_lead: Design
@@ -104,7 +104,7 @@ def problem_at(problem: DesignProblem, rig: Rig, extension: float) -> DesignProb
 def _rigid_plants(rig: Rig, extensions_m: Sequence[float]) -> list[PlantResponse]:
     """The empty arm with a link that does not bend, over the family's gains."""
     arms = [linear_arm(rig, extension, 0.0, rigid=True) for extension in extensions_m]
-    return [partial(_position, arm, gain, DELAY_CYCLES / rig.loop.rate_Hz) for arm, gain in product(arms, GAINS)]
+    return [partial(position_response, arm, gain, DELAY_CYCLES / rig.loop.rate_Hz) for arm, gain in product(arms, GAINS)]
 
 
 def _damping(rig: Rig, link: LinkMode, where: Sequence[Place], pace: float) -> Callable[[Servo], float]:
@@ -125,10 +125,6 @@ def _operating_point(rig: Rig, link: LinkMode, extension: float, payload_kg: flo
     return OperatingPoint(linear_arm(rig, extension, payload_kg), share, light, lead)
 
 
-def _position(arm: LinearArm, gain: float, delay_s: float, omega: Floats) -> Complexes:
-    return np.asarray(gain * arm.response(omega, arm.position) * np.exp(-1j * omega * delay_s))
-
-
 def worst_damping(places: Sequence[OperatingPoint], period_s: float, kept: float, servo: Servo) -> float:
     """Smallest damping ratio of any mode at any place and any gain of the family; light places only count when less than `kept`
     is left of their own damping; infinite when none counts."""
@@ -142,10 +138,15 @@ def worst_damping(places: Sequence[OperatingPoint], period_s: float, kept: float
 
 
 def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: int = EFFORT, largest_cycle: float = inf) -> ArmDesign:
-    """Search lag-lead and pure gain; gains are in V/rad. `largest_cycle`: load amplitude of hunting that is allowed, in H_c.
+    """Search lag-lead and pure gain for the arm's rotary joint or a single axis; gains are in V/rad (or V/m).
 
-    Lag makes the loop hunt, so while the cycle is too large the search goes on with less of it.
+    `largest_cycle`: load amplitude of an arm's hunting that is allowed, in H_c. Lag makes the loop hunt, so while the cycle is too large
+    the search goes on with less of it. The hunting of a single axis is not computed: its friction is not known to yield as the arm's does.
     """
+    if rig.arm.kind == "single_axis":
+        problem = axis_problem(rig, demands)
+        pure, found = search(problem, with_sections=False, effort=effort), search(problem, effort=effort)
+        return ArmDesign(problem, found, pure, max(found, pure, key=lambda one: one.stiffness_gain_dB), ())
     problem, joint = arm_problem(rig, tip_gain, demands), _joint(rig)
     pure = search(problem, with_sections=False, effort=effort)
     found = search(problem, effort=effort)
@@ -168,12 +169,21 @@ def hunting(joint: DesignedJoint, servo: Servo) -> tuple[Cycle | None, ...]:
     return tuple(ExactLoop(loop, FrictionCompliance.of_ratio(ratio)).march(1.0) for ratio in HUNTING_RATIOS)
 
 
-def as_overrides(servo: Servo, schedule: Sequence[tuple[float, float]] = ()) -> list[str]:
+def designed_name(rig: Rig) -> str:
+    """The joint that a design is made for."""
+    return ROTARY if rig.arm.kind == "rotary_prismatic" else next(iter(rig.joints))
+
+
+def shown_gain(rig: Rig, gain: float) -> str:
+    """A servo gain of that joint, as rig files state it: V/deg or V/m."""
+    linear = rig.joints[designed_name(rig)].motion == "linear"
+    return f"{gain:.6g} V/m" if linear else f"{gain / degrees(1.0):.6g} V/deg"
+
+
+def as_overrides(rig: Rig, servo: Servo, schedule: Sequence[tuple[float, float]] = ()) -> list[str]:
     """What `config.loading.overrides.apply_overrides` needs to put the servo into a rig file; `schedule`: (extension in m, factor)."""
+    joint = designed_name(rig)
     sections = ", ".join(f"{{zero: {zero:.6g} rad/s, pole: {pole:.6g} rad/s}}" for zero, pole in servo.sections)
     points = ", ".join(f"{{extension: {extension:.5g} m, factor: {factor:.4g}}}" for extension, factor in schedule)
-    return [
-        f"servo.rotary.gain={servo.gain / degrees(1.0):.6g} V/deg",
-        f"servo.rotary.sections=[{sections}]",
-        f"servo.rotary.gain_schedule=[{points}]",
-    ]
+    lines = [f"servo.{joint}.gain={shown_gain(rig, servo.gain)}", f"servo.{joint}.sections=[{sections}]"]
+    return lines if rig.arm.kind == "single_axis" else [*lines, f"servo.{joint}.gain_schedule=[{points}]"]

@@ -33,13 +33,18 @@ class DesignedJoint:
 
 def designed_joint(rig: Rig, arm: LinearArm) -> DesignedJoint:
     """Eq 4 where the rig's linear joint, `arm`, has its velocity gain and its pace within the paper's own ±20 %; else that joint itself."""
-    pace = _phase_crossover_rad_per_s(rig, arm) / sqrt(PRODUCT_PER_S2)
+    pace = pace_of(rig, arm)
     slow = np.array([2.0 * pi * SLOW_HZ * pace])
     gain_ratio = abs(arm.response(slow, arm.position)[0]) / (radians(1.0) * abs(EQ4(1j * slow[0])))
     low, *_, high = GAINS
     if low <= gain_ratio <= high and low <= pace <= high:
         return DesignedJoint(radians(1.0) * EQ4, 1.0)
     return DesignedJoint(arm.system()[0, 0], pace)
+
+
+def pace_of(rig: Rig, joint: LinearArm) -> float:
+    """How many times as fast as the paper's joint."""
+    return _phase_crossover_rad_per_s(rig, joint) / sqrt(PRODUCT_PER_S2)
 
 
 def _phase_crossover_rad_per_s(rig: Rig, arm: LinearArm) -> float:

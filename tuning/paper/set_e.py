@@ -12,7 +12,7 @@ from sim_backend.memory.layout import C, D, J
 from sim_backend.plant import SimulatedRig
 from tuning.eq4 import NUMERATOR, PRODUCT_PER_S2, SUM_PER_S
 from tuning.linear.family import LEAK_PER_S
-from tuning.linear.linear_arm import STATES, jacobians
+from tuning.linear.linear_arm import STATES, at_rest, jacobians
 from tuning.variants import ROTARY
 
 INERTIA_KG_M2 = 13.0
@@ -46,7 +46,7 @@ def poles_and_gain(plant: SimulatedRig) -> tuple[complex, float]:
     """Upper pole (1/s) and steady velocity per volt (°/s/V) of the joint, from differences of the plant's right-hand side."""
     values = plant.parameters.values.copy()
     values[C.STEP] = 1e-6  # without what the kernel smooths for its step
-    matrix, _ = jacobians(plant.state, values)
+    matrix, _ = jacobians(at_rest(plant.state), values)
     rows = [STATES.index(state) for state in (D.VELOCITY, D.PRESSURE_A, D.PRESSURE_B)]
     a = matrix[np.ix_(rows, rows)]
     b = matrix[rows, STATES.index(D.SPOOL)] / values[plant.parameters.offset(J.FULL_SCALE, ROTARY)]

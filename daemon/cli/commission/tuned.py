@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import datetime
 from collections.abc import Mapping
-from math import degrees
 from pathlib import Path
 
 from config.errors import ManeuverError
@@ -26,7 +25,7 @@ from tuning.experiments.experiments import Campaign, default_extensions, experim
 from tuning.identification.identification import Identification, identify
 from tuning.identification.identify_plots import summary
 from tuning.identification.record_file import write_record, write_results
-from tuning.loop_design.arm_design import as_overrides, design
+from tuning.loop_design.arm_design import as_overrides, design, designed_name, shown_gain
 
 ARM = "rotary_prismatic"
 VALID_DAYS = 180
@@ -77,23 +76,21 @@ def _payloads(found: Identification) -> list[Value]:
 
 
 def servo_design(context: Context) -> Outcome:
-    """The stiffest compensator of the rotary joint that the model bears over the whole workspace, beside the one in the rig file."""
-    if not _is_arm(context.rig):
-        return Outcome(None, f"`longreach design` is made for a {ARM} arm; `longreach new-rig` chose the gains of a single axis")
+    """The stiffest compensator of the rotary joint, or of a hydraulic axis, that the model bears everywhere, beside the rig file's."""
     own = context.rig.end_point.gain if context.rig.end_point is not None else 0.0
     try:
         found = design(context.rig, own, effort=context.effort)
-    except ManeuverError as refusal:  # no link_mode
+    except ManeuverError as refusal:  # an electric drive, or no plant
         return Outcome(None, str(refusal))
-    overrides = as_overrides(found.chosen.servo)
+    overrides = as_overrides(context.rig, found.chosen.servo)
     out = context.folder / f"{context.rig.name}-designed.yaml"
     text = apply_overrides(context.loaded.text, overrides)
     rig_from_text(text, str(out))
     write_whole(out, text)
     worst, damping, demands = found.chosen.worst, found.chosen.least_damping, found.problem.demands
     values = [
-        Value("gain found", f"{found.chosen.servo.gain / degrees(1.0):.3f} V/deg"),
-        Value("gain of the rig file", f"{context.rig.servo['rotary'].gain / degrees(1.0):.3f} V/deg"),
+        Value("gain found", shown_gain(context.rig, found.chosen.servo.gain)),
+        Value("gain of the rig file", shown_gain(context.rig, context.rig.servo[designed_name(context.rig)].gain)),
         Value("least damping", "unknown" if damping is None else f"{damping:.4f}", "> 0", damping is not None and damping > 0.0),
         Value("worst gain margin", f"{worst.gain_margin_dB:.1f} dB"),
         Value("worst phase margin", f"{worst.phase_margin_deg:.1f} deg"),

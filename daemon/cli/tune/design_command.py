@@ -1,11 +1,11 @@
-"""`design`: find the rotary joint's compensator for a rig and write it into its file."""
+"""`design`: find the compensator of an arm's rotary joint, or of a single hydraulic axis, and write it into the rig file."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
 import json
-from math import degrees, inf
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,20 +38,22 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _design(arguments: argparse.Namespace) -> int:
     from config.loading.load import load_rig
-    from tuning.loop_design.arm_design import as_overrides, design
+    from tuning.loop_design.arm_design import as_overrides, design, designed_name
     from tuning.loop_design.design_export import check_export_path
     from tuning.loop_design.gain_schedule import gain_schedule
     from tuning.loop_design.stuck_arm import largest_friction_gain
 
     loaded = load_rig(arguments.rig)
+    if loaded.rig.arm.kind == "single_axis":
+        _refuse_what_an_arm_has(arguments)
     if arguments.export:
         check_export_path(arguments.export)
     own = loaded.rig.end_point.gain if loaded.rig.end_point is not None else 0.0
     tip_gain = own if arguments.tip_gain is None else arguments.tip_gain
     found = design(loaded.rig, tip_gain, effort=arguments.effort, largest_cycle=arguments.largest_cycle)
     schedule = gain_schedule(loaded.rig, found.problem, found.chosen.servo) if arguments.schedule else []
-    overrides = as_overrides(found.chosen.servo, schedule)
-    known = tip_gain > 0.0 and loaded.rig.servo["rotary"].oil_compensation is not None
+    overrides = as_overrides(loaded.rig, found.chosen.servo, schedule)
+    known = tip_gain > 0.0 and loaded.rig.servo[designed_name(loaded.rig)].oil_compensation is not None
     friction_gain = largest_friction_gain(loaded.rig, found.chosen.servo) if known else None
     _write_files(arguments, loaded, found, overrides)
     if arguments.json:
@@ -80,17 +82,34 @@ def _write_files(arguments: argparse.Namespace, loaded: LoadedRig, found: ArmDes
         write_design(design_systems(loaded.rig, found), arguments.export)
 
 
+def _refuse_what_an_arm_has(arguments: argparse.Namespace) -> None:
+    """UsageError for an option that needs a link."""
+    from config.errors import UsageError
+
+    given = {
+        "--tip-gain": arguments.tip_gain,
+        "--schedule": arguments.schedule,
+        "--export": arguments.export,
+        "--largest-cycle": arguments.largest_cycle < inf,
+    }
+    named = ", ".join(option for option, value in given.items() if value)
+    if named:
+        raise UsageError("a single axis has no link", value=named, limit="a rotary_prismatic arm", next_step=f"Leave out {named}.")
+
+
 def _lines(rig: Rig, found: Any) -> list[str]:
+    from tuning.loop_design.arm_design import shown_gain
+
     lines = [f"{rig.name}: {'pure gain' if found.pure_gain_wins else 'lag-lead'} is the stiffer one under the same demands"]
     for name, one in (("lag-lead", found.lag_lead), ("pure gain", found.pure_gain)):
         sections = ", ".join(f"zero {zero:.2f} pole {pole:.2f} rad/s" for zero, pole in one.servo.sections) or "no sections"
         worst = one.worst
-        lines.append(f"  {name:10} C(0) {one.servo.gain / degrees(1.0):.3f} V/deg, {sections}")
+        lines.append(f"  {name:10} C(0) {shown_gain(rig, one.servo.gain)}, {sections}")
         lines.append(
             f"             worst member: gain margin {worst.gain_margin_dB:.1f} dB, phase margin {worst.phase_margin_deg:.1f} deg,"
             f" M_s {worst.sensitivity_peak:.2f}; least damping {one.least_damping:.4f}; |1+L| {one.stiffness_gain_dB:.1f} dB over the band"
         )
-    for ratio, cycle in zip((1.0, 1.1, 1.2), found.hunting, strict=True):
+    for ratio, cycle in zip((1.0, 1.1, 1.2), found.hunting, strict=False):  # none for a single axis
         text = "none" if cycle is None else f"{cycle.frequency_Hz:.2f} Hz, {cycle.load_amplitude:.3f} of the friction's deflection"
         lines.append(f"  hunting with H_s/H_c = {ratio}: {text}")
     return lines

@@ -121,7 +121,9 @@ def test_design_command_writes_a_rig_that_is_quiet(rig: Rig, tmp_path: Path, cap
 
 
 def test_overrides_fit_the_rig_file() -> None:
-    text = apply_overrides(load_rig("ornl_testbed").text, as_overrides(Servo(2.0 * degrees(1.0), ((50.0, 500.0), (8.0, 2.0)))))
+    text = apply_overrides(
+        load_rig("ornl_testbed").text, as_overrides(load_rig("ornl_testbed").rig, Servo(2.0 * degrees(1.0), ((50.0, 500.0), (8.0, 2.0))))
+    )
     servo = rig_from_text(text).servo["rotary"]
     assert servo.gain == pytest.approx(2.0 * degrees(1.0))
     assert [(s.zero_rad_per_s, s.pole_rad_per_s) for s in servo.sections] == [(50.0, 500.0), (8.0, 2.0)]

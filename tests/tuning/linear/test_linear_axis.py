@@ -1,0 +1,77 @@
+"""A single axis linearised: Merritt's resonance of a cylinder, steady speeds of a valve, and the plant stepping in time."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from config.errors import ManeuverError
+from config.loading.load import load_rig
+from config.schema.rig import Rig
+from sim_backend.memory.layout import J
+from sim_backend.plant import SimulatedRig
+from tuning.linear.closed_loop import modes
+from tuning.linear.linear_axis import linear_axis
+
+
+@pytest.fixture(scope="module")
+def axis() -> Rig:
+    return load_rig("analogue_axis").rig
+
+
+def _oil_and_mass_Hz(position: float) -> float:
+    """40/25 mm x 300 mm, 60 cm³ dead volumes, 120 kg, 1.4 GPa."""
+    a, b = pi / 4 * 0.04**2, pi / 4 * (0.04**2 - 0.025**2)
+    stiffness = 1.4e9 * (a**2 / (60e-6 + a * position) + b**2 / (60e-6 + b * (0.3 - position)))
+    return sqrt(stiffness / 120.0) / (2 * pi)
+
+
+@pytest.mark.parametrize("position", [0.02, 0.15, 0.28])
+def test_resonance_of_mass_on_oil(axis: Rig, position: float) -> None:
+    """Some percent above 2 % where the bulk modulus follows the pressure; the less damped of the two pairs that are not the valve's."""
+    found = modes(linear_axis(axis, position, 0.03).a)
+    nearest = np.argmin(np.abs(found.frequency_Hz - _oil_and_mass_Hz(position)))
+    assert found.frequency_Hz[nearest] == pytest.approx(_oil_and_mass_Hz(position), rel=0.03)
+    assert 0.0 < found.damping_ratio[nearest] < 0.2
+
+
+def test_gain_is_that_of_the_orifices_both_ways(axis: Rig) -> None:
+    """K/A √(p/(1 + r³)) a full scale out, √r times that back, r the ratio of the areas (as `new-rig` writes them): 47.9 and 37.4 mm/s/V."""
+    slow = np.array([2 * pi * 0.5])
+    out, back = (linear_axis(axis, 0.15, opening) for opening in (0.3, -0.3))
+    gains = [float(abs(one.response(slow, one.position)[0]) * slow[0]) for one in (out, back)]
+    assert gains == pytest.approx([0.0479, 0.0374], rel=0.04)  # 2 bar of return pressure and leakage are not in the formula
+
+
+def test_axis_moves_as_the_plant_does(axis: Rig) -> None:
+    """A step of 50 mV from rest, dry friction and valve hysteresis off: position over 0.3 s against the kernel's own integration."""
+    plant = SimulatedRig(axis)
+    for gone in (J.COULOMB, J.STICTION, J.HYSTERESIS):
+        plant.parameters.values[plant.parameters.offset(gone, "axis")] = 0.0
+    plant.reset([0.15])
+    still = plant.run(np.zeros((300, 1)), 0.001)["axis.position"]
+    plant.reset([0.15])
+    moved = plant.run(np.full((300, 1), 0.05), 0.001)["axis.position"] - still
+    arm = linear_axis(axis, 0.15)
+    n = len(arm.b)
+    block = np.zeros((n + 1, n + 1))
+    block[:n, :n], block[:n, n] = arm.a, arm.b
+    one, state, expected = expm(block * 0.001), np.append(np.zeros(n), 0.05), []
+    for _ in range(300):
+        expected.append(arm.position @ state[:n])
+        state = one @ state
+    assert np.abs(moved - expected).max() < 0.05 * np.abs(expected).max()
+
+
+def test_a_valve_without_lag_leaves_no_fast_poles() -> None:
+    arm = linear_axis(load_rig("rotary_actuator").rig, 0.0, 0.03)
+    assert len(arm.b) == 4
+    assert np.abs(np.linalg.eigvals(arm.a)).max() < 1000.0
+
+
+def test_an_axis_without_a_valve_is_refused() -> None:
+    with pytest.raises(ManeuverError, match="no hydraulic axis"):
+        linear_axis(load_rig("force_axis").rig, 0.0)
