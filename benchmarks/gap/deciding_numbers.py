@@ -26,7 +26,7 @@ from tests.support.gap.maxwell_axis import maxwell_axis
 
 USERS: tuple[ModuleType, ...] = (changed, opening, posterior, prior, search_state, stages, discrepancy, deciding_numbers)
 # What the words alone use moves no probability, and MOST_EFFECTS bounds work.
-NUMBERS = ("MEMORY_S", "MEMORY_SPREAD", "HONEST", "EXPECTED", "OTHER_FORM", "RANGE_SDS", "CHANGED_TIMES", "NEGLIGIBLE", "LEAST_DISCREPANCY")
+NUMBERS = ("MEMORY_S", "SPREAD", "HONEST", "EXPECTED", "OTHER_FORM", "RANGE_SDS", "CHANGED_TIMES", "NEGLIGIBLE", "LEAST_DISCREPANCY")
 SECONDS = 8.0
 
 

@@ -7,14 +7,16 @@ that the fit logs could not see, and which the hold-out's motion needs, is not h
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.hypothesis import Hypothesis, Seen, posterior
-from gap.evidence.noise.noise_model import weighed
+from gap.evidence.coordinates import slopes
+from gap.evidence.hypothesis import Hypothesis, Point, Seen, posterior
+from gap.evidence.noise.discrepancy import weighed_windows
 from gap.evidence.noise.unknowns import in_noise, linearised
-from gap.fitting.sensitivity import sensitivities
 
 
 def predictive(seen: Seen, hypothesis: Hypothesis, held: Sequence[Experiment], known: bool = False) -> float:
@@ -22,16 +24,17 @@ def predictive(seen: Seen, hypothesis: Hypothesis, held: Sequence[Experiment], k
     at = hypothesis.at
     readings, unknowns = linearised(held, at.model.vector())
     left = Seen(tuple(held), seen.scales).left(readings)
-    if known or not at.model.free:
-        own = weighed(held, unknowns, [r[None] for r in left], at.discrepancy)
-        return -0.5 * (float(own.inner[0, 0]) + own.log_det)
+    shared = [at.discrepancy.share * u.forms for u in unknowns]
+    if not known and at.model.free:
+        shared = [np.concatenate(pair) for pair in zip(shared, _unsure(seen, at, held, readings), strict=True)]
+    wide = [replace(u, forms=forms) for u, forms in zip(unknowns, shared, strict=True)]
+    return weighed_windows(held, left, wide, seen.scales, replace(at.discrepancy, share=1.0))[1]
+
+
+def _unsure(seen: Seen, at: Point, held: Sequence[Experiment], readings: Sequence[Array]) -> list[Array]:
+    """What the held readings change by, with what the fit left unsure: as many columns as free numbers, each of a standard deviation."""
     covariance = np.linalg.inv(posterior(seen, at).precision)
     widths = np.clip(np.sqrt(np.diag(covariance)), 1e-3, 0.3)
-    jacobian = [in_noise(e, j) for e, j in zip(held, sensitivities(at.model, held, range(len(widths)), readings, widths), strict=True)]
-    rows = [np.concatenate([r[None], j]) for r, j in zip(left, jacobian, strict=True)]
-    found = weighed(held, unknowns, rows, at.discrepancy)
+    jacobian = slopes(at.model, held, range(len(widths)), readings, widths)
     root = np.linalg.cholesky(covariance)
-    unsure = root.T @ found.inner[1:, 1:] @ root + np.eye(len(root))
-    explained = root.T @ found.inner[1:, 0]
-    square = float(found.inner[0, 0] - explained @ np.linalg.solve(unsure, explained))
-    return -0.5 * (square + found.log_det + float(np.linalg.slogdet(unsure)[1]))
+    return [np.tensordot(root.T, in_noise(e, j), 1) for e, j in zip(held, jacobian, strict=True)]

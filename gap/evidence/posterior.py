@@ -43,9 +43,12 @@ class Shares:
         return found
 
 
-def shares(search: EvidenceSearch) -> Shares:
-    """Over all sets met, those that only wait with what they promise."""
-    logs = {h.labels: search.log_mass(h) for h in search.fitted}
+def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], float] | None = None) -> Shares:
+    """Over all sets met, those that only wait with what they promise. `judged`: ln p of the hold-out, set by set, the best set among them:
+    sets that were not judged are taken to predict as it does."""
+    judged = judged or {search.best.labels: 0.0}
+    usual = judged[search.best.labels]
+    logs = {h.labels: search.log_mass(h) + judged.get(h.labels, usual) - usual for h in search.fitted}
     for waiting in search.waiting:
         if search.known(waiting.labels) is None:
             logs[waiting.labels] = max(logs.get(waiting.labels, -np.inf), search.log_hope(waiting))

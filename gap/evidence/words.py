@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
 
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import CONFIRMED, TENTATIVE, UNEXPLAINED
+from gap.evidence.deciding_numbers import CONFIRMED
 from gap.evidence.hypothesis import Hypothesis, Suspect
 from gap.evidence.judge import predictive
 from gap.evidence.posterior import Shares, shares
@@ -44,16 +45,26 @@ class Said:
 
 def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
-    found = shares(search)
-    chosen = search.null if found.none >= TENTATIVE else search.best
+    by_set = {h.labels: predictive(search.seen, h, held) for h in asked(search)}
+    found = shares(search, by_set)
+    likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
+    chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
     judged = {
         "rig file": predictive(search.seen, search.nominal, held, known=True),
-        "constants": predictive(search.seen, search.null, held),
+        "constants": by_set[search.null.labels],
+        "chosen": by_set[chosen.labels],
     }
-    judged["chosen"] = predictive(search.seen, chosen, held) if chosen.suspects else judged["constants"]
     names = tuple(_name(found, chosen, s, judged["chosen"] > judged["constants"]) for s in chosen.suspects)
     word, why = _of_names(names, judged) if names else _of_none(search, found, judged, channels)
     return Said(word, why, chosen, names, found.none, judged)
+
+
+def asked(search: EvidenceSearch) -> list[Hypothesis]:
+    """Sets that the hold-out is asked about: none, the best, the best less one, and one of another suspect in its place."""
+    found, best = shares(search), search.best
+    beside = [h for h in search.fitted if len(h.labels ^ best.labels) <= 2 and found.of_set[h.labels] >= 1.0 - CONFIRMED]
+    less = [h for h in search.fitted if h.labels < best.labels and len(h.labels) == len(best.labels) - 1]
+    return list({h.labels: h for h in [search.null, best, *less, *beside]}.values())
 
 
 def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: bool) -> Name:
@@ -86,5 +97,6 @@ def _of_none(search: EvidenceSearch, found: Shares, judged: Mapping[str, float],
 
 def unexplained(search: EvidenceSearch, channels: Sequence[str]) -> list[str]:
     """Channels in which the constants' discrepancy is larger than its prior allows."""
+    most = float(norm.ppf(0.5 + 0.5 * CONFIRMED))  # of a half-normal
     ratio = search.null.at.discrepancy.sd / search.seen.scales
-    return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, ratio, strict=True) if r > UNEXPLAINED]
+    return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, ratio, strict=True) if r > most]

@@ -1,8 +1,8 @@
-"""How large the discrepancy is: δ and T of every channel and the share η where the log density of the residuals, with their priors, is
-largest.
+"""How large the discrepancy is: δ and T of every channel, the times s of every window, and the share η, where the log density of the
+residuals, with their priors, is largest.
 
-δ and η have half-normal priors (what honest models leave, gap.evidence.deciding_numbers), T a log-normal one. Channels meet only in what
-they hang on together (unknowns): each adds its own inner products, so that a try of one channel costs one filter, a try of η none.
+δ and η have half-normal priors (what honest models leave, gap.evidence.deciding_numbers), T and s log-normal ones. Channels meet only in
+what they hang on together (unknowns): each adds its own inner products, so that a try of one channel costs one filter, a try of η none.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import MEMORY_S, MEMORY_SPREAD, OTHER_FORM
+from gap.evidence.deciding_numbers import MEMORY_S, OTHER_FORM, SPREAD
 from gap.evidence.noise.noise_model import Discrepancy, gram, reduced
 from gap.evidence.noise.ornstein_uhlenbeck import filter_of, sample_period_s
 from gap.evidence.noise.unknowns import Unknowns
@@ -24,14 +24,17 @@ _LEAST_SHARE, _MOST_SHARE = 1e-3, 3.0
 _STEPS = (np.log(3.0), np.log(1.5), np.log(1.15))  # of δ, T and η, on a logarithmic scale
 _LEAPS = (0.1, 0.4, 1.6)
 _SWEEPS = 4  # over the channels, at each step
+_TIMES = 2.0 ** np.arange(-3.0, 8.0)  # of δ in a window …
+_NEAR = (0.5, 1.0, 2.0)  # … and of what it had, for a model close by
+_ROUNDS = 2  # over the channels, for windows of other logs
 
 
 @dataclass(frozen=True, slots=True)
-class _Share:
-    """What one channel adds: inner products of every log and window, and log|C|."""
+class _Part:
+    """What one channel adds in one log: inner products of every window, and log|C| of each."""
 
-    grams: tuple[Array, ...]
-    log_det: float
+    grams: Array
+    log_det: Array
 
 
 def fitted_discrepancy(
@@ -48,19 +51,31 @@ def fitted_discrepancy(
     if not near:
         for c in range(len(scales)):
             search.leap(c)
-    for step in _STEPS[1:] if near else _STEPS:
-        for _ in range(_SWEEPS):
-            gained = [search.improve(c, step) for c in search.moving] + [search.improve_share(step)]
-            if not any(gained):
-                break
+    search.settle(_STEPS[1:] if near else _STEPS)
+    for c in search.moving:
+        search.weigh_windows(c, near)
+    search.settle(_STEPS[1:])
+    for c in search.moving:
+        search.weigh_windows(c, True)
     return search.found
 
 
+def weighed_windows(
+    experiments: Sequence[Experiment], left: Sequence[Array], unknowns: Sequence[Unknowns], scales: Array, start: Discrepancy
+) -> tuple[Discrepancy, float]:
+    """For other logs, with δ, T and η as they are: the likeliest times of every window, and ln p of the logs with them."""
+    search = _Search(experiments, left, unknowns, scales, replace(start, times=()))
+    for c in search.moving * _ROUNDS:
+        search.weigh_windows(c)
+    return search.found, search.value - log_prior(replace(search.found, times=()), scales)
+
+
 def log_prior(discrepancy: Discrepancy, scales: Array) -> float:
-    """ln p(δ) + ln p(ln T) + ln p(η), without constants that every model shares."""
-    away = np.log(discrepancy.time_s / MEMORY_S) / MEMORY_SPREAD
+    """ln p(δ) + ln p(ln T) + ln p(ln s) + ln p(η), without constants that every model shares."""
+    away = np.log(discrepancy.time_s / MEMORY_S) / SPREAD
     sizes = np.append(discrepancy.sd / scales, discrepancy.share / OTHER_FORM)
-    return float(-0.5 * np.sum(sizes**2) - 0.5 * np.sum(away**2))
+    windows = sum(float(np.sum(np.log(times) ** 2)) for times in discrepancy.times) / SPREAD**2
+    return float(-0.5 * np.sum(sizes**2) - 0.5 * np.sum(away**2)) - 0.5 * windows
 
 
 class _Search:
@@ -69,21 +84,30 @@ class _Search:
     ) -> None:
         self._there = [np.isfinite(e.measured) for e in experiments]
         self._period_s = [sample_period_s(e) for e in experiments]
-        self._rows = [np.concatenate([u.states, u.forms, r[None]]) for u, r in zip(unknowns, left, strict=True)]
-        self._by_channel = [[np.ascontiguousarray(rows[..., c : c + 1]) for rows in self._rows] for c in range(len(scales))]
+        rows = [np.concatenate([u.states, u.forms, r[None]]) for u, r in zip(unknowns, left, strict=True)]
+        self._by_channel = [[np.ascontiguousarray(own[..., c : c + 1]) for own in rows] for c in range(len(scales))]
         self._sizes = [len(u.states) for u in unknowns], len(unknowns[0].forms)
         self._scales = scales
         self._longest_s = max(e.plan.rows * e.plan.period_s for e in experiments)
         self.moving = [c for c in range(len(scales)) if any(t[..., c].any() for t in self._there)]
-        self.found = replace(start, sd=start.sd.copy(), time_s=start.time_s.copy())
-        self._shares = [self._share(c, self.found.sd[c], self.found.time_s[c]) for c in range(len(scales))]
-        self._total = [np.sum(parts, axis=0) for parts in zip(*(s.grams for s in self._shares), strict=True)]
-        self._value = self._density(self._total, sum(s.log_det for s in self._shares), self.found)
+        times = tuple(t.copy() for t in start.times) or tuple(np.ones((len(t), len(scales))) for t in self._there)
+        self.found = replace(start, sd=start.sd.copy(), time_s=start.time_s.copy(), times=times)
+        self._parts = [self._of_channel(c, self.found) for c in range(len(scales))]
+        self._total = [np.sum([p.grams for p in parts], axis=0) for parts in zip(*self._parts, strict=True)]
+        self.value = self._density(self._total, self.found)
 
     def leap(self, c: int) -> None:
         """To a typical T and some size: where δ is nearly nothing, or T as long as a window, small steps change nothing."""
         for sd in _LEAPS:
             self._try(c, sd, MEMORY_S)
+
+    def settle(self, steps: Sequence[float]) -> None:
+        """δ and T of every channel, and η, until no step gains anything."""
+        for step in steps:
+            for _ in range(_SWEEPS):
+                gained = [self.improve(c, step) for c in self.moving] + [self.improve_share(step)]
+                if not any(gained):
+                    break
 
     def improve(self, c: int, step: float) -> bool:
         """Whether a step of this channel's δ or T, or of both, either way, gave a larger density."""
@@ -101,15 +125,45 @@ class _Search:
         """The same of η."""
         if not self._sizes[1]:
             return False
-        log_dets = sum(s.log_det for s in self._shares)
         for side in (1.0, -1.0):
             share = float(np.clip(self.found.share * np.exp(side * step), _LEAST_SHARE, _MOST_SHARE))
             there = replace(self.found, share=share)
-            value = self._density(self._total, log_dets, there)
-            if value > self._value + 1e-3:
-                self.found, self._value = there, value
+            value = self._density(self._total, there)
+            if value > self.value + 1e-3:
+                self.found, self.value = there, value
                 return True
         return False
+
+    def weigh_windows(self, c: int, near: bool = False) -> None:
+        """Every window's own times of this channel's δ, beside the other channels and the likeliest shares of other friction."""
+        now = self.found.times
+        options = [tuple(np.clip(s * t, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
+        tries = [self._of_channel(c, replace(self.found, times=times)) for times in options]
+        shared = np.append(-self._likeliest_shares(), 1.0)
+        found = [t.copy() for t in now]
+        for n, (total, own) in enumerate(zip(self._total, self._parts[c], strict=True)):
+            others = total - own.grams
+            offered = np.stack([times[n][:, c] for times in options])
+            values = np.stack([_of_windows(others + one[n].grams, self._sizes[0][n], shared) - 0.5 * one[n].log_det for one in tries])
+            values -= 0.5 * (np.log(offered) / SPREAD) ** 2
+            found[n][:, c] = np.take_along_axis(offered, np.argmax(values, axis=0)[None], axis=0)[0]
+        self._accept(c, self._about_one(c, found))
+
+    def _about_one(self, c: int, times: Sequence[Array]) -> Discrepancy:
+        """The same sizes with δ at the windows' geometric mean, where the prior of s wants it."""
+        mean = float(np.mean(np.log(np.concatenate([t[:, c] for t in times]))))
+        sd = self.found.sd.copy()
+        sd[c] = np.clip(sd[c] * np.exp(mean), _SMALLEST, _LARGEST)
+        for t in times:
+            t[:, c] *= self.found.sd[c] / sd[c]
+        return replace(self.found, sd=sd, times=tuple(times))
+
+    def _likeliest_shares(self) -> Array:
+        """The shares that the residuals would have most probably, with η as it is."""
+        forms, share = self._sizes[1], self.found.share
+        inner = reduced(self._total, self._sizes[0], 0, share).inner
+        precision = inner[:forms, :forms] + np.eye(forms) / share**2
+        return np.asarray(np.linalg.solve(precision, inner[:forms, forms]))
 
     def _try(self, c: int, sd: float, time_s: float) -> bool:
         there = replace(self.found, sd=self.found.sd.copy(), time_s=self.found.time_s.copy())
@@ -117,22 +171,41 @@ class _Search:
         there.time_s[c] = np.clip(time_s, min(self._period_s), self._longest_s)
         if there.sd[c] == self.found.sd[c] and there.time_s[c] == self.found.time_s[c]:
             return False
-        old, new = self._shares[c], self._share(c, there.sd[c], there.time_s[c])
-        total = [t - a + b for t, a, b in zip(self._total, old.grams, new.grams, strict=True)]
-        value = self._density(total, sum(s.log_det for s in self._shares) - old.log_det + new.log_det, there)
-        if not value > self._value + 1e-3:
+        return self._accept(c, there)
+
+    def _accept(self, c: int, there: Discrepancy) -> bool:
+        """Whether a discrepancy that differs in one channel gives a larger density; then it is the one found."""
+        old, new = self._parts[c], self._of_channel(c, there)
+        total = [t - a.grams + b.grams for t, a, b in zip(self._total, old, new, strict=True)]
+        self._parts[c] = new
+        value = self._density(total, there)
+        if not value > self.value + 1e-3:
+            self._parts[c] = old
             return False
-        self.found, self._total, self._value, self._shares[c] = there, total, value, new
+        self.found, self._total, self.value = there, total, value
         return True
 
-    def _share(self, c: int, sd: float, time_s: float) -> _Share:
-        grams, log_det = [], 0.0
-        for there, rows, period_s in zip(self._there, self._by_channel[c], self._period_s, strict=True):
-            made = filter_of(there[:, :, c : c + 1], np.array([sd]), np.array([time_s]), period_s)
-            grams.append(gram(made.by_window((rows,))))
-            log_det += float(made.log_det.sum())
-        return _Share(tuple(grams), log_det)
+    def _of_channel(self, c: int, there: Discrepancy) -> tuple[_Part, ...]:
+        found = []
+        for n, (measured, rows, period_s) in enumerate(zip(self._there, self._by_channel[c], self._period_s, strict=True)):
+            made = filter_of(measured[:, :, c : c + 1], there.of_log(n)[:, c : c + 1], there.time_s[c : c + 1], period_s)
+            found.append(_Part(gram(made.by_window((rows,))), made.log_det[:, 0]))
+        return tuple(found)
 
-    def _density(self, total: Sequence[Array], log_dets: float, there: Discrepancy) -> float:
+    def _density(self, total: Sequence[Array], there: Discrepancy) -> float:
+        log_dets = sum(float(part.log_det.sum()) for parts in self._parts for part in parts)
         found = reduced(total, *self._sizes, there.share)
         return -0.5 * (float(found.inner[0, 0]) + found.log_det + log_dets) + log_prior(there, self._scales)
+
+
+def _alike(now: Sequence[Array]) -> list[tuple[Array, ...]]:
+    """All windows with the same times, as often as there are."""
+    return [tuple(np.full_like(t, s) for t in now) for s in _TIMES]
+
+
+def _of_windows(grams: Array, states: int, shared: Array) -> Array:
+    """ln p of every window's residual, its own start marginalised; `shared`: what of the other rows, the residual last, is left."""
+    root = np.linalg.cholesky(grams[:, :states, :states] + np.eye(states))
+    taken = np.linalg.solve(root, (grams[:, :states, states:] @ shared)[..., None])[..., 0]
+    squares = np.einsum("i,wij,j->w", shared, grams[:, states:, states:], shared) - np.sum(taken**2, axis=1)
+    return np.asarray(-0.5 * squares - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1))

@@ -2,7 +2,9 @@
 another form.
 
 In units of the noise, with C from the discrepancy (ornstein_uhlenbeck), A what a window's own unknowns change and B what those do that all
-windows share (unknowns), Σ = C + A Aᵀ + η² B Bᵀ. Nothing is inverted: inner products of rows whitened by C, window by window,
+windows share (unknowns), Σ = C + A Aᵀ + η² B Bᵀ. How wrong a right model is differs from window to window: where a joint sticks or slips a
+moment too early, all that follows is off. So C has δ s, with s a window's own number. Nothing is inverted: inner products of rows whitened
+by C, window by window,
 
     G = [A B x]ᵀ C⁻¹ [A B x]        xᵀ Σ⁻¹ x = G_xx less what A (window by window), then B (all together) take of it
 
@@ -24,12 +26,18 @@ from gap.evidence.noise.unknowns import Unknowns
 
 @dataclass(frozen=True, slots=True)
 class Discrepancy:
-    """What a right model leaves, one number a channel: `sd` δ in units of the channel's noise, `time_s` its correlation time T. `share` η:
-    standard deviation of the shares of friction that have another form."""
+    """What a right model leaves, one number a channel: `sd` δ in units of the channel's noise, `time_s` its correlation time T.
+    `share` η: standard deviation of the shares of friction that have another form. `times` s: how many times δ a window has, one array a
+    log, windows × channels; none stands for 1 everywhere."""
 
     sd: Array
     time_s: Array
     share: float
+    times: tuple[Array, ...] = ()
+
+    def of_log(self, number: int) -> Array:
+        """Standard deviations of a log's windows: windows × channels, or one a channel."""
+        return self.sd * self.times[number] if self.times else self.sd
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +51,8 @@ class Weighed:
 def weighed(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
     """`rows`: of every log, rows × windows × samples × channels in units of the noise, 0 where nothing was measured."""
     grams, logs = [], 0.0
-    for e, known, own in zip(experiments, unknowns, rows, strict=True):
-        made = filter_of(np.isfinite(e.measured), discrepancy.sd, discrepancy.time_s, sample_period_s(e))
+    for n, (e, known, own) in enumerate(zip(experiments, unknowns, rows, strict=True)):
+        made = filter_of(np.isfinite(e.measured), discrepancy.of_log(n), discrepancy.time_s, sample_period_s(e))
         grams.append(gram(made.by_window((known.states, known.forms, own))))
         logs += float(made.log_det.sum())
     found = reduced(grams, [len(u.states) for u in unknowns], len(unknowns[0].forms), discrepancy.share)

@@ -40,9 +40,11 @@ class Filter:
 
 
 def filter_of(there: NDArray[np.bool_], sd: Array, time_s: Array, period_s: float) -> Filter:
-    """`there`: windows × samples × channels, what was measured. `sd`, `time_s`: δ in units of the white noise, and T, one a channel."""
+    """`there`: windows × samples × channels, what was measured. `sd`: δ in units of the white noise, windows × channels, or one a channel;
+    `time_s`: T, one a channel."""
     decay = np.exp(-period_s / np.asarray(time_s, dtype=np.float64))
-    gain, root = _gains(there, np.asarray(sd, dtype=np.float64) ** 2, decay)
+    variance = np.broadcast_to(np.asarray(sd, dtype=np.float64) ** 2, (there.shape[0], there.shape[2]))
+    gain, root = _gains(there, np.ascontiguousarray(variance), decay)
     log_det = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=1)
     return Filter(gain, root, decay, log_det)
 
@@ -58,14 +60,14 @@ def _gains(there: NDArray[np.bool_], variance: Array, decay: Array) -> tuple[Arr
     gain, root = np.zeros(there.shape), np.zeros(there.shape)
     for w in range(windows):
         for c in range(channels):
-            p = variance[c]
+            p = variance[w, c]
             for i in range(samples):
                 if there[w, i, c]:
                     innovation = p + 1.0
                     gain[w, i, c] = p / innovation
                     root[w, i, c] = 1.0 / np.sqrt(innovation)
                     p = p / innovation
-                p = decay[c] ** 2 * p + variance[c] * (1.0 - decay[c] ** 2)
+                p = decay[c] ** 2 * p + variance[w, c] * (1.0 - decay[c] ** 2)
     return gain, root
 
 

@@ -6,7 +6,8 @@ model's bristle; the shares are unknown, normal about 0 with one scale for all, 
 
 - On oil a joint's motion is nearly given, whatever rubs: y = y₀ + Σ_k c_k (y(bristle of form k) − y₀).
 - On a drive that gives a force, friction decides when the joint moves, and such sums do not hold. There the elements are driven by the
-  measured motion, and what they take from the friction acts as a force, small enough that the readings follow it as a straight line.
+  measured motion, and what they take from the friction acts as a force, small enough that the readings follow it as a straight line. So
+  does friction that has another level while the joint is slow.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ FORMS: tuple[tuple[int, float], ...] = (
     (J.STRIBECK, 0.5),
     (J.STRIBECK, 2.0),
 )
-WAYS, RATIO = 6, 3.0  # of elements on measured motion: how many, and from one to the next the way after which they break away …
-FINEST = 3.0  # … the first in standard deviations of the position's noise
+WAYS, RATIO = 8, 3.0  # of elements on measured motion: how many, and from one to the next the way after which they break away …
+FINEST = 0.5  # … the first in standard deviations of the position's noise
+SLOW = (0.01, 0.03, 0.1)  # of the motion's root mean square velocity, below which friction may be of another level
 _PART = 0.02  # of the friction, for the finite difference
 
 
@@ -74,7 +76,8 @@ def _level(p: Vector, at: int) -> float:
 
 
 def _driven(experiment: Experiment, p: Vector, slot: int) -> Iterator[Experiment]:
-    """The log with a small part of the friction taken from one element and given to the next; as volts, which are its force."""
+    """The log with a small part of the friction taken from one element and given to the next, or added while the joint is slow; as volts,
+    which are its force."""
     at, plan = J_START + slot * J_STRIDE, experiment.plan
     position = plan.targets[:, Target.POSITION + slot]
     position = np.interp(np.arange(len(position)), np.flatnonzero(np.isfinite(position)), position[np.isfinite(position)])
@@ -82,9 +85,12 @@ def _driven(experiment: Experiment, p: Vector, slot: int) -> Iterator[Experiment
     finest = FINEST * max(float(np.std(np.diff(position, n=2))) / np.sqrt(6.0), step)
     held = [element(position, finest * RATIO**k) for k in range(WAYS)]
     volts_per_force = p[at + J.FULL_SCALE] / p[at + J.FORCE_GAIN]
-    for one, other in pairwise(held):
+    velocity = np.nan_to_num(plan.targets[:, Target.VELOCITY + slot])
+    speed = float(np.sqrt(np.mean(velocity**2)))
+    slow = [held[0] * np.exp(-((velocity / (part * speed)) ** 2)) for part in SLOW] if speed > 0.0 else []
+    for changed in [*(one - other for one, other in pairwise(held)), *slow]:
         commands = plan.commands_V.copy()
-        commands[:, slot] -= _PART * _level(p, at) * volts_per_force * (one - other)
+        commands[:, slot] -= _PART * _level(p, at) * volts_per_force * changed
         yield replace(experiment, plan=replace(plan, commands_V=commands))
 
 

@@ -1,8 +1,9 @@
 """Σ in O(n) against the same Σ as a dense matrix: determinant, quadratic form, products with columns, missing samples,
-unknowns of every window and shared ones."""
+unknowns of every window and shared ones, windows that are more wrong than others."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from gap.evidence.noise.discrepancy import fitted_discrepancy
+from gap.evidence.noise.discrepancy import fitted_discrepancy, weighed_windows
 from gap.evidence.noise.noise_model import Discrepancy, weighed
 from gap.evidence.noise.ornstein_uhlenbeck import filter_of
 from gap.evidence.noise.unknowns import Unknowns
@@ -97,6 +98,40 @@ def test_a_drawn_share_of_friction_of_another_form_is_found_again() -> None:
     found = fitted_discrepancy([cast(Any, Log(left, np.ones(1)))], [left], [unknowns], np.array([25.0]), start)
     assert found.sd[0] < 0.3
     assert 0.4 < found.share < 1.2  # the prior draws it towards 0
+
+
+def test_windows_with_a_discrepancy_of_their_own_size_against_dense_matrices() -> None:
+    draw = np.random.default_rng(11)
+    e, unknowns = log(draw)
+    times = np.exp(draw.normal(size=(5, 2)))
+    discrepancy = Discrepancy(np.array([0.8, 3.0]), np.array([0.03, 0.006]), 0.7, (times,))
+    made = weighed([e], [replace(unknowns, forms=unknowns.forms[:0])], [np.zeros((1, 5, 20, 2))], discrepancy)
+    logs = 0.0
+    for w in range(5):
+        there, full = np.isfinite(e.measured[w]), np.zeros((40, 40))
+        for c in range(2):
+            at = 2 * np.flatnonzero(there[:, c]) + c
+            full[np.ix_(at, at)] = dense(there[:, c], float(discrepancy.sd[c] * times[w, c]), float(discrepancy.time_s[c]))
+        a, keep = unknowns.states[:, w].reshape(3, 40), there.ravel()
+        logs += np.linalg.slogdet((full + a.T @ a)[np.ix_(keep, keep)])[1]
+    assert made.log_det == pytest.approx(logs)
+
+
+def test_a_window_that_is_far_off_is_told_from_the_others() -> None:
+    """One of 40 windows is drawn with thirty times the discrepancy; δ stays that of the others."""
+    draw = np.random.default_rng(13)
+    roots = [np.linalg.cholesky(dense(np.ones(60, dtype=bool), sd, 0.03)) for sd in (1.0, 30.0)]
+    left = np.stack([roots[w == 17] @ draw.normal(size=(60, 1)) for w in range(40)])
+    none = Unknowns(np.zeros((0, 40, 60, 1)), np.zeros((0, 40, 60, 1)))
+    start = Discrepancy(np.array([5.0]), np.array([0.03]), 0.3)
+    found = fitted_discrepancy([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), start)
+    assert found.sd[0] == pytest.approx(1.0, rel=0.25)
+    assert found.times[0][17, 0] > 7.0
+    assert np.median(found.times[0]) == pytest.approx(1.0, rel=0.2)
+    other, log_p = weighed_windows([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), replace(found, times=()))
+    assert other.times[0][17, 0] > 7.0
+    plain = weighed([cast(Any, Log(left, np.ones(1)))], [none], [left[None]], replace(found, times=()))
+    assert log_p > 20.0 - 0.5 * (float(plain.inner[0, 0]) + plain.log_det)
 
 
 @pytest.mark.parametrize(("sd", "time_s"), [(2.0, 0.02), (0.0, 0.03), (20.0, 0.05)])
