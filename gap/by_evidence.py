@@ -18,6 +18,7 @@ from config.progress import Progress
 from config.schema.effect_library import EFFECTS
 from gap.data.windows import Experiment
 from gap.evidence.changed import Changed
+from gap.evidence.coordinates import stretch
 from gap.evidence.deciding_numbers import RANGE_SDS
 from gap.evidence.hypothesis import Hypothesis, posterior
 from gap.evidence.noise.uncut import uncut
@@ -79,7 +80,7 @@ Whole = tuple[Fit, tuple[Evaluation, ...]]  # a model on the fit logs and on the
 def _on_all(state: GateSearch, hypothesis: Hypothesis) -> Whole:
     """The model as it was fitted, in the costs of the report."""
     model = _as_constants(hypothesis)
-    rescaled = (model.scales / hypothesis.model.scales)[:, None, None, None]
+    rescaled = (model.scales / hypothesis.model.scales / stretch(hypothesis.model))[:, None, None, None]
     jacobian = [rescaled * j * e.sigma for j, e in zip(hypothesis.at.jacobian, state.experiments, strict=True)]
     done = fit(model, state.experiments, state.costs, (), jacobian, 0)
     return done, tuple(evaluate(e, model, state.costs) for e in state.holdouts)

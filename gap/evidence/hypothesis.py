@@ -10,11 +10,12 @@ import numpy as np
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.changed import Changed
+from gap.evidence.coordinates import phi_of
 from gap.evidence.laplace import log_evidence
 from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior
 from gap.evidence.noise.noise_model import Discrepancy, weighed
 from gap.evidence.noise.unknowns import Unknowns
-from gap.evidence.prior import phi_of, prior_of
+from gap.evidence.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import residual
 from gap.signatures.candidates import Candidate

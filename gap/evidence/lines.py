@@ -10,10 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap.data.measured import Array
 from gap.evidence.changed import Changed
+from gap.evidence.coordinates import phi_of, theta_of
 from gap.evidence.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered
 from gap.evidence.noise.noise_model import Discrepancy
-from gap.evidence.prior import phi_of, prior_of
+from gap.evidence.prior import prior_of
 from gap.evidence.refinement import bounded
 from gap.evidence.screening import Promise
 from gap.fitting.model import Model
@@ -30,27 +32,16 @@ class StraightFit:
     log_z: float
 
 
-def followed(seen: Seen, base: Hypothesis, promise: Promise) -> StraightFit:
-    """The base's set with the suspect, as far as straight lines tell."""
-    suspect, model, jacobian = promise.suspect, base.model, base.at.jacobian
-    if isinstance(suspect, Changed):
-        model = suspect.freed(model)
-    else:
-        assert promise.signature is not None
-        model = model.with_effect(suspect.entry, suspect.free)
-        values = [
-            value if not any(np.any(c[k]) for c in promise.signature.columns) else suspect.free[k].start
-            for k, value in enumerate(promise.signature.values)
-        ]  # what does nothing alone stands where it was tried
-        model = model.with_theta(np.concatenate([base.model.theta, values]))
-        jacobian = tuple(np.concatenate(pair) for pair in zip(jacobian, promise.signature.columns, strict=True))
+def followed(seen: Seen, base: Hypothesis, promise: Promise | None = None) -> StraightFit:
+    """The base's set with the suspect, or by itself, as far as straight lines tell."""
+    model, jacobian = _with(base, promise) if promise else (base.model, base.at.jacobian)
     point, left = replace(base.at, model=model, jacobian=jacobian), seen.left(base.at.readings)
     at = posterior(seen, point, left)
     for _ in range(_ROUNDS):
         prior, phi = prior_of(point.model), phi_of(point.model)
         step = bounded(at.precision, at.slope, prior.low - phi, prior.high - phi)
         left = [r - np.tensordot(step, j, 1) for r, j in zip(left, jacobian, strict=True)]
-        point = replace(point, model=point.model.with_theta(point.model.theta + step * point.model.scales))
+        point = replace(point, model=point.model.with_theta(theta_of(point.model, phi + step)))
         before, point = point.discrepancy, _again(seen, point, left)
         at = posterior(seen, point, left)
         if np.allclose(np.log(point.discrepancy.sd), np.log(before.sd), atol=0.1):
@@ -58,5 +49,20 @@ def followed(seen: Seen, base: Hypothesis, promise: Promise) -> StraightFit:
     return StraightFit(point.model, point.discrepancy, evidence(at, point.model))
 
 
-def _again(seen: Seen, point: Point, left: list[np.ndarray]) -> Point:
+def _with(base: Hypothesis, promise: Promise) -> tuple[Model, tuple[Array, ...]]:
+    """The base's model with the suspect at its start, and all lines."""
+    suspect, jacobian = promise.suspect, base.at.jacobian
+    if isinstance(suspect, Changed):
+        return suspect.freed(base.model), jacobian
+    assert promise.signature is not None
+    model = base.model.with_effect(suspect.entry, suspect.free)
+    values = [
+        value if not any(np.any(c[k]) for c in promise.signature.columns) else suspect.free[k].start
+        for k, value in enumerate(promise.signature.values)
+    ]  # what does nothing alone stands where it was tried
+    model = model.with_theta(np.concatenate([base.model.theta, values]))
+    return model, tuple(np.concatenate(pair) for pair in zip(jacobian, promise.signature.columns, strict=True))
+
+
+def _again(seen: Seen, point: Point, left: list[Array]) -> Point:
     return replace(point, discrepancy=rediscovered(seen, point, left))

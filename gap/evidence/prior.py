@@ -1,6 +1,7 @@
-"""What is believed of every free number before the logs are seen, in the fit's own coordinates φ = (θ − start) / scale.
+"""What is believed of every free number before the logs are seen, in the fit's own coordinates φ (gap.evidence.coordinates).
 
-A constant is normal about the rig file's value, with the standard deviation of its provenance. The size of an effect, or a constant that is
+A constant is normal about the rig file's value, with the standard deviation of its provenance (log-normal where only its order of magnitude
+is known). The size of an effect, or a constant that is
 suspected of having changed, may be anything in its plausible range: normal about its neutral value (half-normal where it has one sign) with
 the far end of the range RANGE_SDS standard deviations away.
 """
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.data.measured import Array
+from gap.evidence.coordinates import ends
 from gap.evidence.deciding_numbers import RANGE_SDS
 from gap.fitting.model import Free, Model
 
@@ -33,17 +35,9 @@ class Prior:
 
 def prior_of(model: Model) -> Prior:
     """Of every free number of a model, in its order."""
-    free = model.free
-    low = np.array([(f.low - f.start) / f.scale for f in free])
-    high = np.array([(f.high - f.start) / f.scale for f in free])
-    ends = np.sort(np.stack([low, high]), axis=0) if free else np.empty((2, 0))
+    free, (low, high) = model.free, ends(model)
     halves = sum(not f.prior and f.start in (f.low, f.high) for f in free)
-    return Prior(np.array([_precision(f) for f in free]), ends[0], ends[1], halves)
-
-
-def phi_of(model: Model) -> Array:
-    """The model's numbers in the fit's own coordinates."""
-    return np.array([(value - f.start) / f.scale for f, value in zip(model.free, model.theta, strict=True)])
+    return Prior(np.array([_precision(f) for f in free]), low, high, halves)
 
 
 def _precision(free: Free) -> float:

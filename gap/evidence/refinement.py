@@ -12,19 +12,22 @@ from dataclasses import replace
 import numpy as np
 
 from gap.data.measured import Array
+from gap.evidence.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, evidence, posterior, rediscovered
+from gap.evidence.noise.discrepancy import log_prior
 from gap.evidence.noise.noise_model import Discrepancy, weighed
 from gap.evidence.noise.unknowns import in_noise, linearised
-from gap.evidence.prior import phi_of, prior_of
+from gap.evidence.prior import prior_of
 from gap.fitting.model import Model
-from gap.fitting.sensitivity import sensitivities
 from gap.fitting.simulate import remembering, simulate
 
 _STEPS = 5  # Gauss-Newton steps of one fit
 _DAMPINGS = (0.0, 0.1, 3.0, 100.0)  # Levenberg-Marquardt: of the precision's diagonal, until a step raises ln p
 _ENOUGH = 0.3  # of ln p: a step that gains less ends the fit
-MOST_PASSES = 5  # of fits with sensitivities taken anew
+MOST_PASSES = 8  # of fits with sensitivities taken anew
 _MOVES = (1e-3, 0.3)  # of a number's scale: narrowest and widest finite difference
+_MAGNITUDES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # in standard deviations of the logarithm
+_PARTS = (0.5, 0.2)  # of a way that has led too far
 _SETTLED = 0.5  # of ln Z: a pass that gains less was the last
 _INVISIBLE = 0.05  # squared length in noise of what one prior standard deviation changes, below which a sensitivity is not renewed
 
@@ -51,33 +54,79 @@ def descended(seen: Seen, point: Point, steps: int = _STEPS) -> Point:
     return point
 
 
+def by_magnitude(seen: Seen, point: Point) -> Point:
+    """The point with every number of which only the magnitude is known at the best of several magnitudes, one number after the other: no
+    straight line leads from a soft contact to a stiff one."""
+    point = _with_discrepancy(seen, point, True)
+    value = _log_density(seen, point)
+    for k in magnitudes(point.model):
+        tried = _with_discrepancy(seen, max(_of_magnitudes(seen, point, k), key=lambda one: _log_density(seen, one)), True)
+        gained = _log_density(seen, tried) - value
+        if gained > 0.0:
+            point, value = tried, value + gained
+    return point
+
+
+def _of_magnitudes(seen: Seen, point: Point, number: int) -> list[Point]:
+    """The point with one number at each magnitude, all else as it is."""
+    prior, found = prior_of(point.model), []
+    for at in np.clip(_MAGNITUDES, prior.low[number], prior.high[number]):
+        phi = phi_of(point.model)
+        phi[number] = at
+        model = point.model.with_theta(theta_of(point.model, phi))
+        readings = tuple(simulate(e, [model.vector()])[0] for e in seen.experiments)
+        found.append(replace(point, model=model, readings=readings))
+    return found
+
+
+def _log_density(seen: Seen, point: Point) -> float:
+    """ln p(y, φ) with Σ as it is."""
+    found = weighed(seen.experiments, point.unknowns, [r[None] for r in seen.left(point.readings)], point.discrepancy)
+    prior = prior_of(point.model).log_density(phi_of(point.model)) + log_prior(point.discrepancy, seen.scales)
+    return prior - 0.5 * (float(found.inner[0, 0]) + found.log_det)
+
+
 def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point, ended: bool) -> Hypothesis:
     """The evidence at a point, its start states marginalised about its own model."""
     readings, unknowns = linearised(seen.experiments, point.model.vector())
-    point = _with_discrepancy(seen, replace(point, readings=readings, unknowns=unknowns), not ended)
+    point = _with_discrepancy(seen, replace(point, readings=readings, unknowns=unknowns), False)
     return Hypothesis(suspects, point, evidence(posterior(seen, point), point.model), ended)
 
 
 def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> tuple[Seen, Hypothesis]:
     """The fit with sensitivities of its own, taken anew until its evidence settles, or for some passes."""
-    best: Hypothesis | None = None
+    best = hypothesis_of(seen, suspects, point, False)
     for _ in range(passes):
-        point = descended(seen, _renewed(seen, point))
-        vector = point.model.vector()
+        start = _renewed(seen, best.at)
+        further = descended(seen, start)
+        vector = further.model.vector()
         seen = replace(seen, experiments=tuple(remembering(e, vector) for e in seen.experiments))
-        found = hypothesis_of(seen, suspects, point, False)
-        gained, point = found.log_z - best.log_z if best else np.inf, found.at
-        best = found if best is None or gained > 0.0 else best
+        found = _kept_part(seen, suspects, start, further, best.log_z)
+        gained = found.log_z - best.log_z
+        best = found if gained > 0.0 else best
         if gained < _SETTLED:
             return seen, replace(best, ended=True)
-    assert best is not None
     return seen, best if passes < MOST_PASSES else replace(best, ended=True)
+
+
+def _kept_part(seen: Seen, suspects: tuple[Suspect, ...], start: Point, further: Point, least: float) -> Hypothesis:
+    """As much of the way from `start` as raises ln Z over `least`, with start states marginalised anew: about another model they are
+    others, and the whole way may lead too far."""
+    found = hypothesis_of(seen, suspects, further, False)
+    before, way = phi_of(start.model), phi_of(further.model) - phi_of(start.model)
+    for part in _PARTS:
+        if found.log_z > least:
+            break
+        model = start.model.with_theta(theta_of(start.model, before + part * way))
+        nearer = hypothesis_of(seen, suspects, replace(start, model=model), False)
+        found = nearer if nearer.log_z > found.log_z else found
+    return found
 
 
 def _point(seen: Seen, model: Model, known: Sequence[Array], discrepancy: Discrepancy) -> Point:
     readings, unknowns = linearised(seen.experiments, model.vector())
     new = range(known[0].shape[0], len(model.free))
-    more = sensitivities(model, seen.experiments, new, readings)
+    more = slopes(model, seen.experiments, new, readings)
     jacobian = tuple(np.concatenate([k, in_noise(e, m)]) for e, k, m in zip(seen.experiments, known, more, strict=True))
     return Point(model, readings, unknowns, jacobian, discrepancy)
 
@@ -88,7 +137,7 @@ def _renewed(seen: Seen, point: Point) -> Point:
     widths = np.clip(np.sqrt(np.diag(np.linalg.inv(at.precision))), *_MOVES)
     energy = sum(np.sum(j**2, axis=(1, 2, 3)) for j in point.jacobian)
     numbers = [k for k, f in enumerate(point.model.free) if not f.prior or energy[k] > _INVISIBLE]
-    fresh = sensitivities(point.model, seen.experiments, numbers, point.readings, widths[numbers])
+    fresh = slopes(point.model, seen.experiments, numbers, point.readings, widths[numbers])
     jacobian = []
     for e, old, new in zip(seen.experiments, point.jacobian, fresh, strict=True):
         own = old.copy()
@@ -115,7 +164,7 @@ def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]
     for damping in _DAMPINGS:
         step = bounded(at.precision + damping * size, at.slope, prior.low - phi, prior.high - phi)
         moved = np.clip(phi + step, prior.low, prior.high)
-        model = point.model.with_theta(np.array([f.start + f.scale * m for f, m in zip(point.model.free, moved, strict=True)]))
+        model = point.model.with_theta(theta_of(point.model, moved))
         vector = model.vector()
         readings = tuple(simulate(e, [vector])[0] for e in seen.experiments)
         after = prior.log_density(moved) - 0.5 * _quadratic(seen, point, readings)

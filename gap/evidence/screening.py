@@ -18,11 +18,12 @@ import numpy as np
 from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.evidence.changed import Changed
+from gap.evidence.coordinates import phi_of
 from gap.evidence.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.laplace import added
 from gap.evidence.noise.noise_model import weighed
 from gap.evidence.noise.unknowns import in_noise
-from gap.evidence.prior import phi_of, prior_of
+from gap.evidence.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 from gap.signatures.candidates import Candidate
@@ -138,7 +139,7 @@ class Screen:
         model = self._base.model
         number = next(k for k, f in enumerate(model.free) if f.key == suspect.free.key)
         wide = float(prior_of(suspect.freed(model)).precision[number])
-        mean = (model.theta[number] - suspect.free.start) / suspect.free.scale + float((self._inverse @ self._slope)[number])
+        mean = phi_of(suspect.freed(model))[number] + float((self._inverse @ self._slope)[number])
         less = (wide - 1.0) * float(self._inverse[number, number])
         gain = 0.5 * (np.log(wide) - np.log1p(less) - (wide - 1.0) * mean**2 / (1.0 + less))
         return Promise(suspect, self._base.log_z + float(gain))

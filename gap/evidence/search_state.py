@@ -15,11 +15,13 @@ from gap.signatures.candidates import candidates
 @dataclass(frozen=True, slots=True)
 class Open:
     """A set that is not fitted from one of its two starts: `lines`, `base` and one more as straight lines tell. None where they were not
-    followed: then the promise beside the old discrepancy stands for them."""
+    followed: then the promise beside the old discrepancy stands for them. `alone`: what the base without the suspect has been fitted to,
+    beside what was promised for it from the same start, by the promise and along the lines: only what is more is the suspect's."""
 
     base: Hypothesis
     promise: Promise
     lines: StraightFit | None
+    alone: tuple[float, float]
 
     @property
     def labels(self) -> frozenset[str]:
@@ -27,7 +29,8 @@ class Open:
 
     @property
     def log_z(self) -> float:
-        return max(self.promise.log_z, self.lines.log_z) if self.lines else self.promise.log_z
+        promised = self.promise.log_z + self.alone[0]
+        return max(promised, self.lines.log_z + self.alone[1]) if self.lines else promised
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from gap.evidence.changed import Changed
 from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
 from gap.evidence.hypothesis import Hypothesis, Suspect, evidence, posterior
 from gap.evidence.lines import StraightFit, followed
-from gap.evidence.refinement import MOST_PASSES, descended, finished, hypothesis_of, with_columns
+from gap.evidence.refinement import MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open
 from gap.fitting.model import Model
@@ -29,6 +29,7 @@ Stage = Callable[[EvidenceSearch, Tell], EvidenceSearch]
 
 _FOLLOWED = 6  # best promises of a screening that are followed along straight lines
 _FEW_PASSES = 2  # of a fit whose sensitivities are taken anew, before it is known that its set keeps a share
+_ROUNDS, _WORTH = 4, 1.0  # of other magnitudes for the constants alone, and the ln Z for which there is another
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
 _ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
 
@@ -37,6 +38,11 @@ def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
     """The constants alone, from the rig file's own."""
     at = search.nominal
     seen, done = finished(search.seen, (), descended(search.seen, at.at), _FEW_PASSES)
+    for _ in range(_ROUNDS):
+        _, again = finished(seen, (), by_magnitude(seen, done.at), MOST_PASSES)
+        gained, done = again.log_z - done.log_z, max(again, done, key=lambda one: one.log_z)
+        if gained < _WORTH:
+            break
     tell(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
     return replace(search, seen=seen, fitted=(done,))
 
@@ -109,19 +115,27 @@ def _widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     search = replace(search, signatures=tuple(signatures))
     own = {s.label for s in suspects}
     of_these = [s for s in signatures if s.suspect.label in own]
-    waiting = [w for start in (base, _at_own_constants(search, base)) for w in _promised(search, start, of_these, suspects)]
+    own_constants = _at_own_constants(search, base)
+    alone = base.log_z - own_constants.log_z, base.log_z - followed(search.seen, own_constants).log_z
+    waiting = _promised(search, base, of_these, suspects, (0.0, 0.0)) + _promised(search, own_constants, of_these, suspects, alone)
     return replace(search, waiting=(*search.waiting, *waiting))
 
 
-def _promised(search: EvidenceSearch, start: Hypothesis, signatures: Sequence[LinearSignature], suspects: Sequence[Suspect]) -> list[Open]:
-    """What every suspect promises beside one start; the best promises followed along straight lines."""
+def _promised(
+    search: EvidenceSearch,
+    start: Hypothesis,
+    signatures: Sequence[LinearSignature],
+    suspects: Sequence[Suspect],
+    alone: tuple[float, float],
+) -> list[Open]:
+    """What every suspect promises beside one start; the best promises followed along straight lines. `alone`: as in Open."""
     screen = Screen(search.seen, start, signatures)
     promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]
     best: dict[str, Promise] = {}
     for promise in sorted(promises, key=lambda p: p.log_z):
         best[promise.suspect.label] = promise
     ranked = sorted(best.values(), key=lambda p: -p.log_z)
-    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None) for n, p in enumerate(ranked)]
+    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None, alone) for n, p in enumerate(ranked)]
 
 
 def _at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
@@ -153,7 +167,7 @@ def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell) -> EvidenceSe
         first, before = max(search.waiting, key=search.log_hope), search.best.labels
         if search.log_hope(first) < search.log_mass(search.best) + NEGLIGIBLE:
             asked |= {first.labels}
-            if len(asked) > _ALWAYS or search.log_mass(search.best) <= search.log_mass(base):
+            if base.suspects or len(asked) > _ALWAYS or search.log_mass(search.best) <= search.log_mass(base):
                 break
         rest = tuple(w for w in search.waiting if w is not first)
         done = _refined(search, first)
@@ -182,10 +196,11 @@ def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarra
 
 
 def _fitted(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> Hypothesis:
-    """A part of a fitted set, from where that stood."""
+    """A part of a fitted set, from where that stood, or there."""
     model, jacobian = _without(search, suspects, start)
-    point = descended(search.seen, with_columns(search.seen, model, jacobian, start.at.discrepancy))
-    return hypothesis_of(search.seen, suspects, point, False)
+    there = with_columns(search.seen, model, jacobian, start.at.discrepancy)
+    both = [hypothesis_of(search.seen, suspects, point, False) for point in (there, descended(search.seen, there))]
+    return max(both, key=lambda one: one.log_z)
 
 
 def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> tuple[Model, list[np.ndarray]]:

@@ -13,7 +13,7 @@ from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 
 MOVE = 0.02  # share of its scale by which an effect is moved for a finite difference
-_PRIOR_MOVE = 0.3
+PRIOR_MOVE = 0.3  # … and a constant, of its prior's standard deviation
 
 
 def sensitivities(
@@ -25,7 +25,7 @@ def sensitivities(
     thetas, moves = [], []
     for order, k in enumerate(numbers):
         free, theta = model.free[k], model.theta.copy()
-        share = (_PRIOR_MOVE if free.prior else MOVE) if widths is None else float(widths[order])
+        share = (PRIOR_MOVE if free.prior else MOVE) if widths is None else float(widths[order])
         move = share * free.scale
         move = -move if theta[k] + move > free.high else move
         theta[k] += move

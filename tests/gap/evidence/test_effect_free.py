@@ -11,7 +11,7 @@ import pytest
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
 from gap.evidence.changed import changeable
-from gap.evidence.noise.repeated import WAYS
+from gap.evidence.noise.repeated import SLOW, WAYS
 from gap.evidence.noise.unknowns import linearised
 from gap.evidence.opening import opening
 from gap.evidence.posterior import shares
@@ -71,8 +71,8 @@ def test_friction_that_yields_in_several_places_is_no_effect(tmp_path: Path, see
     """The rig file has a bristle; the machine, of other code, four elements that break away after 20 to 600 um."""
     search, _ = opened(tmp_path, rig_file(), [maxwell_axis(seed + k, 8.0) for k in (0, 1)])
     done = searched(search)
-    assert done.null.at.unknowns[0].forms.shape[0] == WAYS - 1
-    assert np.all(done.null.at.discrepancy.sd > 1.0)  # there is something to be taken in by
+    assert done.null.at.unknowns[0].forms.shape[0] == WAYS - 1 + len(SLOW)
+    assert np.any(done.null.at.discrepancy.of_log(0) > 1.0)  # there is something to be taken in by
     assert shares(done).none > 0.5
 
 
