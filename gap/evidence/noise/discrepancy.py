@@ -54,6 +54,8 @@ def fitted_discrepancy(
     search.settle(_STEPS[1:] if near else _STEPS)
     for c in search.moving:
         search.weigh_windows(c, near)
+    if near:
+        return search.found
     search.settle(_STEPS[1:])
     for c in search.moving:
         search.weigh_windows(c, True)
