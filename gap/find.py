@@ -41,12 +41,12 @@ from gap.outcome.findings import as_text
 from gap.outcome.found import Found
 from gap.report.report import write_report
 from gap.report.unseen import unseen
-from gap.search.last_look import last_look
+from gap.search.final_weighing import weighed_finally
+from gap.search.held_at_priors import look_held_at_priors, search_held_at_priors
+from gap.search.joint_fits import look_jointly
 from gap.search.opening import experiments_of, started
 from gap.search.search_state import GateSearch
 from gap.search.settings import Settings
-from gap.search.together import look_together
-from gap.search.within_priors import look_within_priors, search_within_priors
 
 DEFAULTS = Settings()
 
@@ -97,8 +97,8 @@ def search_gap(
         if settings.decide == "evidence":
             state, decided = by_evidence(loaded, names, state, experiments, progress)
         else:
-            state = look_together(search_within_priors(state, progress), progress)
-            state = last_look(look_within_priors(state, progress), progress)
+            state = look_jointly(search_held_at_priors(state, progress), progress)
+            state = weighed_finally(look_held_at_priors(state, progress), progress)
         state.coarse = _coarse(loaded, fit_logs, holdout_logs, state)
     return concluded(Searched(loaded, names, state, nominal, [*problems, *faults], logs, settings, progress, decided))
 

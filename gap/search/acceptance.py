@@ -36,8 +36,8 @@ def accept(state: GateSearch, step: Step, progress: Progress) -> GateSearch | No
 
 
 def _taken(state: GateSearch, step: Step, progress: Progress) -> GateSearch:
-    turned = step.trial.beside
-    beside = [Step(step.trial.fit.model.added[-2], replace(step.trial, candidate=turned, beside=None), (), ())] if turned else []
+    polarity = step.trial.beside
+    beside = [Step(step.trial.fit.model.added[-2], replace(step.trial, candidate=polarity, beside=None), (), ())] if polarity else []
     taken = replace(state, steps=[*state.steps, *beside, step])
     rivals = f" (or {', '.join(r.candidate.label for r in step.rivals)})" if step.rivals else ""
     progress(f"accepted: {step.trial.candidate.label}{rivals}")

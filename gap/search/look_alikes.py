@@ -6,7 +6,7 @@ from gap.fitting.compare import paired_t
 from gap.search.search_state import RIVAL_GAIN, RIVAL_T, GateSearch, Step
 from gap.search.trial import FLOOR, Trial
 
-AS_GOOD = 1.10  # ratio of hold-out costs: an effect of the same signature that gets as near the floor is not excluded by its t alone
+AS_NEAR = 1.10  # ratio of hold-out costs: an effect of the same signature that gets as near the floor is not excluded by its t alone
 
 
 def look_alikes(state: GateSearch, step: Step) -> list[Trial]:
@@ -31,4 +31,4 @@ def _same_direction(state: GateSearch, step: Step) -> list[Trial]:
 
 
 def _as_good(trial: Trial, chosen: Trial) -> bool:
-    return trial.cost <= AS_GOOD * max(chosen.cost, FLOOR) or paired_t(trial.holdout, chosen.holdout) < RIVAL_T
+    return trial.cost <= AS_NEAR * max(chosen.cost, FLOOR) or paired_t(trial.holdout, chosen.holdout) < RIVAL_T

@@ -9,11 +9,11 @@ from scipy.stats import norm
 
 from config.progress import Progress
 from gap.fitting.compare import separation_t
+from gap.search.absorbed import absorb
 from gap.search.acceptance import accept, drop_superfluous, swap
-from gap.search.folded import fold
+from gap.search.reversed_sign import reversed_trials
 from gap.search.search_state import LEAST_DROP, LEAST_T, RIVAL_GAIN, RIVAL_T, GateSearch, Step, worth
 from gap.search.trial import FLOOR, LEAST_GAIN, NEARLY_ALL, Base, Trial, first_trial, own_trial
-from gap.search.turned import turned_trials
 from gap.signatures.candidates import candidates
 from gap.signatures.screen import Screening, Signature, screen
 
@@ -47,7 +47,7 @@ def search(state: GateSearch, progress: Progress) -> GateSearch:
         before, known, state = state.cost, len(state.steps), taken
         swap(state, progress)
         drop_superfluous(state, progress)
-        fold(state, progress)
+        absorb(state, progress)
         if len(state.steps) <= known and before - state.cost < worth(before):
             break  # it has left again, or another for it, and the constants are not much better for it
     return state
@@ -70,8 +70,8 @@ def _trials(state: GateSearch, plain: Base, screening: Screening, progress: Prog
         trials = [*weak, *pool.map(again, strong)]
     if any(trial.gain >= NEARLY_ALL for trial in trials):
         return trials
-    for trial in turned_trials(state.base, [s.candidate for s in kept], state.channels, others):
-        progress(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} turned: {trial.cost:.4g} noise floors")
+    for trial in reversed_trials(state.base, [s.candidate for s in kept], state.channels, others):
+        progress(f"  {trial.candidate.label}, sign of {trial.beside.where if trial.beside else ''} reversed: {trial.cost:.4g} noise floors")
         trials.append(trial)
     return trials
 

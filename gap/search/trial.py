@@ -72,7 +72,7 @@ class Trial:
     drop: float  # noise floors
     t: float
     has_size: bool  # the 95 % interval of one of its parameters excludes the neutral value
-    beside: Candidate | None = None  # the sign of a sensor that was turned with it
+    beside: Candidate | None = None  # the sign of a sensor that was reversed with it
     own: bool = False  # judged about its own start states, which a name needs
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from gap.fitting.evaluation import NO_GAP
-from gap.search import within_priors
+from gap.search import held_at_priors
 
 
 @pytest.mark.parametrize(("holdout", "good"), [(1.01, NO_GAP), (1.099, 0.0)], ids=["predicts the hold-out", "does not"])
@@ -21,7 +21,7 @@ def test_a_good_fit_is_left_alone_only_where_it_predicts(monkeypatch: pytest.Mon
         asked.append(least)
         return done, costs
 
-    monkeypatch.setattr(within_priors, "polished", polished)
+    monkeypatch.setattr(held_at_priors, "polished", polished)
     state: Any = SimpleNamespace(current=fitted, cost=holdout, nominal=SimpleNamespace(evaluations=()), costs=None)
-    assert within_priors._taken_on(state, lambda line: None) is state  # nothing was gained
+    assert held_at_priors._taken_on(state, lambda line: None) is state  # nothing was gained
     assert asked == [good]

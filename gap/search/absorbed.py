@@ -23,7 +23,7 @@ from gap.search.trial import sized_by
 ALIKE = 0.999  # cosine of two signatures that are one
 
 
-def fold(state: GateSearch, progress: Progress) -> None:
+def absorb(state: GateSearch, progress: Progress) -> None:
     """Put the constant in the place of every effect that is one."""
     for step in list(state.steps):
         found = constant_instead(state.current, step.entry)

@@ -14,16 +14,16 @@ from gap.fitting.fit import CONVERGED, REFIT_STEPS, Fit, fit, polished, settled
 from gap.fitting.model import Free, Model
 from gap.fitting.nuisance import HONEST
 from gap.search.acceptance import refit
+from gap.search.joint_fits import look_jointly
 from gap.search.search_state import GateSearch
 from gap.search.select import search
-from gap.search.together import look_together
 from gap.search.verdict import alarmed
 
-AS_GOOD = 1.05  # hold-out with the effect over that with the strained constants …
+AS_GOOD_AS_STRAINED = 1.05  # hold-out with the effect over that with the strained constants …
 NOT_MUCH_WORSE = 1.25  # … and where else nothing would be named: the name is tentative then, with the constants that would do as much
 
 
-def search_within_priors(state: GateSearch, progress: Progress) -> GateSearch:
+def search_held_at_priors(state: GateSearch, progress: Progress) -> GateSearch:
     """The search from the refitted constants; where these left their priors, from constants held near them if that explains as much."""
     if not alarmed(state.current):
         state = _taken_on(state, progress)
@@ -32,17 +32,17 @@ def search_within_priors(state: GateSearch, progress: Progress) -> GateSearch:
     found = _let_go(search(_taken_on(_near_own(state, progress), progress), progress), state.nominal.model, progress)
     if found.cost > NO_GAP:
         state = _taken_on(state, progress)
-    if found.cost > AS_GOOD * max(state.cost, NO_GAP):
+    if found.cost > AS_GOOD_AS_STRAINED * max(state.cost, NO_GAP):
         return replace(search(state, progress), held=True)
     other = search(state, progress) if alarmed(found.current) else None
     return replace(other, held=True) if other is not None and other.cost <= found.cost else _instead(found, state)
 
 
-def look_within_priors(state: GateSearch, progress: Progress) -> GateSearch:
+def look_held_at_priors(state: GateSearch, progress: Progress) -> GateSearch:
     """Before nothing is named: constants may also have left their priors when they were fitted on, where the search no longer asked."""
     if state.steps or state.held or not alarmed(state.current):
         return state
-    held = look_together(search(_taken_on(_near_own(state, progress), progress), progress), progress)
+    held = look_jointly(search(_taken_on(_near_own(state, progress), progress), progress), progress)
     found = _let_go(held, state.nominal.model, progress) if held.steps else held
     explains = bool(found.steps) and found.cost <= NOT_MUCH_WORSE * max(state.cost, NO_GAP)
     return _instead(found, state) if explains else state
@@ -60,7 +60,7 @@ def _near_own(state: GateSearch, progress: Progress) -> GateSearch:
 
 def _instead(found: GateSearch, strained: GateSearch) -> GateSearch:
     """The search within the priors as the answer, beside what the strained constants explain without any effect."""
-    stands_in = bool(found.steps) and strained.cost <= AS_GOOD * max(found.cost, NO_GAP)
+    stands_in = bool(found.steps) and strained.cost <= AS_GOOD_AS_STRAINED * max(found.cost, NO_GAP)
     only = strained.constants_only if found.steps else found.seen
     keys = tuple(alarmed(strained.current)) if stands_in else ()
     return replace(found, nominal=strained.nominal, strained=keys, constants_only=only, held=True)
@@ -75,7 +75,7 @@ def _let_go(found: GateSearch, own: Model, progress: Progress) -> GateSearch:
         return found
     freed = replace(found)
     refit(freed, found.current, progress)
-    gains = found.cost > AS_GOOD * max(freed.cost, NO_GAP)
+    gains = found.cost > AS_GOOD_AS_STRAINED * max(freed.cost, NO_GAP)
     return freed if gains or (not alarmed(freed.current) and freed.cost <= found.cost) else found
 
 

@@ -16,8 +16,8 @@ from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Costing, evaluate, mean_cost
 from gap.fitting.fit import fitted_to_its_end, whole_fit
 from gap.fitting.thinned import thinned
+from gap.search.absorbed import absorb
 from gap.search.acceptance import accept, drop_superfluous
-from gap.search.folded import fold
 from gap.search.search_state import LEAST_DROP, RIVAL_T, GateSearch, Step, worth
 from gap.search.select import least_t, search, step_of
 from gap.search.trial import FLOOR, Trial, excess, joint_trial
@@ -34,7 +34,7 @@ MOST_OPEN = 1.5  # noise floors above the floor that may be left, as friction of
 MOST = 0.8  # … of a gap of which it does not take at least so much
 
 
-def look_together(state: GateSearch, progress: Progress) -> GateSearch:
+def look_jointly(state: GateSearch, progress: Progress) -> GateSearch:
     """The search with an effect that only shows beside the rig file's own constants, and what may follow on it; else with these constants
     fitted more cautiously, where that predicts the hold-out better."""
     if state.steps or state.cost < FLOOR + LEAST_DROP:
@@ -46,7 +46,7 @@ def look_together(state: GateSearch, progress: Progress) -> GateSearch:
     taken = accept(replace(cautious, constants_only=lowest.seen), step, progress) if step else None
     if taken is not None and lowest.cost - taken.cost >= worth(lowest.cost):
         drop_superfluous(taken, progress)
-        fold(taken, progress)
+        absorb(taken, progress)
         if taken.steps:
             return search(taken, progress)
     return cautious if cautious.cost < state.cost - worth(state.cost) else state

@@ -8,7 +8,7 @@ import pytest
 
 from gap.fitting.evaluation import mean_cost
 from gap.fitting.model import Model
-from gap.search.folded import constant_instead, fold
+from gap.search.absorbed import absorb, constant_instead
 from gap.search.search_state import GateSearch
 from tests.support.gap.finished_search import finished, fitted, quiet
 
@@ -19,7 +19,7 @@ MASS_KG, MASS_SD_KG = 95.1089, 0.02 * 95.1089  # [B]
 @pytest.fixture(scope="module")
 def state(tmp_path_factory: pytest.TempPathFactory) -> GateSearch:
     """With 3 kg of extra mass beside the axis's own, which the truth has not: 1.6 standard deviations of what was known of that."""
-    return finished(tmp_path_factory.mktemp("folded"), size=3.0, second="inertia_error")
+    return finished(tmp_path_factory.mktemp("absorbed"), size=3.0, second="inertia_error")
 
 
 def moved(state: GateSearch, mass_kg: float, extra_kg: float) -> GateSearch:
@@ -48,7 +48,7 @@ def test_the_constant_in_the_effects_place_predicts_the_same(state: GateSearch) 
 
 def test_the_name_goes_and_the_constant_is_fitted(state: GateSearch) -> None:
     found, told = moved(state, MASS_KG, 3.0), []
-    fold(found, told.append)
+    absorb(found, told.append)
     assert [step.trial.candidate.effect for step in found.steps] == ["coulomb_friction"]
     assert f"dropped: inertia_error at axis is {MASS} within +1.6 prior standard deviations" in told
     assert found.current.model.theta[number(found.current.model)] == pytest.approx(MASS_KG, rel=0.002)
@@ -66,13 +66,13 @@ def test_what_the_constant_itself_has_moved_counts(state: GateSearch) -> None:
 def test_an_effect_that_no_constant_stands_for_stays(state: GateSearch) -> None:
     assert constant_instead(state.current, state.steps[0].entry) is None
     whole = moved(state, MASS_KG, 5.0)
-    fold(whole, quiet)
+    absorb(whole, quiet)
     assert len(whole.steps) == 2
 
 
 def test_constants_are_what_the_verdict_weighs_when_no_name_is_left(state: GateSearch) -> None:
     alone = replace(moved(state, MASS_KG, 3.0), steps=[state.steps[1]])
-    fold(alone, quiet)
+    absorb(alone, quiet)
     assert alone.steps == []
     assert alone.constants_only is alone.seen
     assert mean_cost(alone.constants_only) < 1.05

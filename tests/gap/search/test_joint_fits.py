@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from gap.fitting.evaluation import recounted
-from gap.search import together
+from gap.search import joint_fits
+from gap.search.joint_fits import CAUTION, look_jointly
 from gap.search.search_state import GateSearch
-from gap.search.together import CAUTION, look_together
 from tests.support.gap.finished_search import finished, quiet
 
 LEAST = 3.8
@@ -41,36 +41,36 @@ def test_both_kinds_of_logs_together_can_speak_for_an_effect() -> None:
     """As with a scale of 3 %: clear in the fit logs, and half of the hold-out's windows agree."""
     split = log(2.0 * np.tile([0.7, 0.7, 1.2], 10))
     without = (constants(2.0, 2.0),)
-    assert together._agreed(judged(1.3, split), without, LEAST)
-    assert not together._agreed(judged(2.0, split), without, LEAST)  # the hold-out by itself would not do
+    assert joint_fits._agreed(judged(1.3, split), without, LEAST)
+    assert not joint_fits._agreed(judged(2.0, split), without, LEAST)  # the hold-out by itself would not do
 
 
 def test_the_hold_out_must_not_speak_against_it() -> None:
     worse = log(2.0 * np.tile([0.6, 1.6, 1.6], 10))
-    assert not together._agreed(judged(1.3, worse), (constants(2.0, 2.0),), LEAST)
+    assert not joint_fits._agreed(judged(1.3, worse), (constants(2.0, 2.0),), LEAST)
 
 
 def test_a_fit_of_the_constants_that_has_stuck_proves_nothing() -> None:
     """It is judged beside the better one as well."""
     trial = judged(1.3, ragged(1.4, 4))
-    assert together._agreed(trial, (constants(3.0, 3.0),), LEAST)
-    assert not together._agreed(trial, (constants(3.0, 3.0), constants(1.3, 1.4)), LEAST)
+    assert joint_fits._agreed(trial, (constants(3.0, 3.0),), LEAST)
+    assert not joint_fits._agreed(trial, (constants(3.0, 3.0), constants(1.3, 1.4)), LEAST)
 
 
 @pytest.mark.parametrize(("drop", "sized"), [(0.05, True), (0.3, False)], ids=["takes too little", "its interval holds the neutral value"])
 def test_agreement_alone_is_not_enough(drop: float, sized: bool) -> None:
-    assert not together._agreed(judged(1.3, ragged(1.4, 4), drop, sized), (constants(2.0, 2.0),), LEAST)
+    assert not joint_fits._agreed(judged(1.3, ragged(1.4, 4), drop, sized), (constants(2.0, 2.0),), LEAST)
 
 
 def test_what_leaves_more_open_than_friction_of_another_form_is_no_explanation() -> None:
     """A cogging force: of 2.2e4 noise floors a sensor scale left a third."""
-    assert together._agreed(judged(1.3, ragged(2.4, 4), drop=2.0), (constants(5.0, 5.0),), LEAST)
-    assert not together._agreed(judged(1.3, ragged(2.6, 4), drop=2.0), (constants(5.0, 5.0),), LEAST)
+    assert joint_fits._agreed(judged(1.3, ragged(2.4, 4), drop=2.0), (constants(5.0, 5.0),), LEAST)
+    assert not joint_fits._agreed(judged(1.3, ragged(2.6, 4), drop=2.0), (constants(5.0, 5.0),), LEAST)
 
 
 def test_what_takes_most_of_a_large_gap_explains_it() -> None:
     """Pressure friction beside friction that slips otherwise than the model's: of 15.5 noise floors 2.7 were left."""
-    assert together._agreed(judged(2.7, ragged(2.7, 4), drop=12.8, gain=0.88), (constants(15.5, 15.5),), LEAST)
+    assert joint_fits._agreed(judged(2.7, ragged(2.7, 4), drop=12.8, gain=0.88), (constants(15.5, 15.5),), LEAST)
 
 
 def test_with_caution_samples_count_for_less() -> None:
@@ -84,13 +84,13 @@ def test_with_caution_samples_count_for_less() -> None:
 
 @pytest.fixture(scope="module")
 def state(tmp_path_factory: pytest.TempPathFactory) -> GateSearch:
-    return finished(tmp_path_factory.mktemp("together"), size=1e-5)
+    return finished(tmp_path_factory.mktemp("joint_fits"), size=1e-5)
 
 
 def test_a_friction_that_the_search_has_missed_is_named(state: GateSearch) -> None:
     """The search stands where it began, with no name: the refitted constants of a model without friction."""
     missed = replace(state, steps=[], current=state.nominal, seen=state.constants_only)
-    found = look_together(missed, quiet)
+    found = look_jointly(missed, quiet)
     assert [step.trial.candidate.effect for step in found.steps] == ["coulomb_friction"]
     assert found.steps[0].weak == ""  # the hold-out alone would have done
     assert found.cost < 1.05
@@ -98,9 +98,9 @@ def test_a_friction_that_the_search_has_missed_is_named(state: GateSearch) -> No
 
 
 def test_what_is_named_already_is_left_alone(state: GateSearch) -> None:
-    assert look_together(state, quiet) is state
+    assert look_jointly(state, quiet) is state
 
 
 def test_where_no_effect_could_be_worth_anything_none_is_tried(state: GateSearch) -> None:
     """Its cost is at the floor: the model that has the friction."""
-    assert look_together(replace(state, steps=[]), quiet).steps == []
+    assert look_jointly(replace(state, steps=[]), quiet).steps == []

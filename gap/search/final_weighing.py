@@ -21,7 +21,7 @@ from gap.search.trial import Trial, effects, effects_only
 from gap.search.verdict import CLOSED
 
 
-def last_look(state: GateSearch, progress: Progress) -> GateSearch:
+def weighed_finally(state: GateSearch, progress: Progress) -> GateSearch:
     """The search with effects dropped that are not needed, and with rivals that do as well in the finished model. Only where the gap is
     closed: what a model leaves open decides between rivals by chance, and its names are tentative anyhow."""
     if state.cost > CLOSED:

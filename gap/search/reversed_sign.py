@@ -1,4 +1,4 @@
-"""A model in which a tip cannot move reads 0 whatever the sign of its sensor: what sets it in motion is tried with the sign turned, too."""
+"""A model in which a tip cannot move reads 0 whatever the sign of its sensor: what moves it is tried with the sign reversed, too."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from gap.signatures.candidates import Candidate, candidates
 from gap.signatures.screen import points
 
 
-def turned_trials(base: Base, kept: Sequence[Candidate], channels: frozenset[str], others: Sequence[Fit]) -> Iterator[Trial]:
-    """Every candidate that bends the link, beside the turned sign of every sensor of which the present model predicts nothing."""
+def reversed_trials(base: Base, kept: Sequence[Candidate], channels: frozenset[str], others: Sequence[Fit]) -> Iterator[Trial]:
+    """Every candidate that bends the link, beside the reversed sign of every sensor of which the present model predicts nothing."""
     rig = base.current.model.rig
     bending = [candidate for candidate in kept if candidate.equation == Equation.LINK]
     for polarity in candidates(rig, channels) if bending else ():
         if polarity.effect != "sensor_polarity" or not _silent(base, polarity.where.removeprefix("sensor:")):
             continue
         current, *nominal = (replace(f, model=f.model.with_effect(polarity.entry, ())) for f in (base.current, *others))
-        turned = replace(base, current=current)
+        reversed_ = replace(base, current=current)
         for candidate in bending:
-            trial = first_trial(turned, candidate, points(candidate, current.model))
-            yield replace(own_trial(turned, trial, nominal), beside=polarity)
+            trial = first_trial(reversed_, candidate, points(candidate, current.model))
+            yield replace(own_trial(reversed_, trial, nominal), beside=polarity)
 
 
 def _silent(base: Base, signal: str) -> bool:
