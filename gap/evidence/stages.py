@@ -172,7 +172,8 @@ def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell) -> EvidenceSe
         rest = tuple(w for w in search.waiting if w is not first)
         done = _refined(search, first)
         tell(f"  {', '.join(sorted(done.labels))}: {done.log_z - base.log_z:+.1f} (promised {first.log_z - base.log_z:+.1f})")
-        search = replace(search, waiting=rest, fitted=_with(search.fitted, done))
+        reached = tuple(w for w in rest if w.labels != done.labels or w.log_z > done.log_z)  # from another start it promises no more
+        search = replace(search, waiting=reached, fitted=_with(search.fitted, done))
         in_vain = 0 if search.best.labels != before else in_vain + 1
     if in_vain == _PATIENCE:  # promises that are better than every fit are not believed, and hold no share
         top = search.log_mass(search.best)

@@ -8,6 +8,7 @@ what they hang on together (unknowns): each adds its own inner products, so that
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,6 +85,7 @@ class _Search:
     def __init__(
         self, experiments: Sequence[Experiment], left: Sequence[Array], unknowns: Sequence[Unknowns], scales: Array, start: Discrepancy
     ) -> None:
+        self._workers = max(e.workers for e in experiments)
         self._there = [np.isfinite(e.measured) for e in experiments]
         self._period_s = [sample_period_s(e) for e in experiments]
         rows = [np.concatenate([u.states, u.forms, r[None]]) for u, r in zip(unknowns, left, strict=True)]
@@ -140,7 +142,8 @@ class _Search:
         """Every window's own times of this channel's δ, beside the other channels and the likeliest shares of other friction."""
         now = self.found.times
         options = [tuple(np.clip(s * t, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
-        tries = [self._of_channel(c, replace(self.found, times=times)) for times in options]
+        with ThreadPoolExecutor(self._workers) as pool:
+            tries = list(pool.map(lambda times: self._of_channel(c, replace(self.found, times=times)), options))
         shared = np.append(-self._likeliest_shares(), 1.0)
         found = [t.copy() for t in now]
         for n, (total, own) in enumerate(zip(self._total, self._parts[c], strict=True)):

@@ -14,13 +14,15 @@ are all that evidence, steps and screening need; log|Σ| = log|C| + Σ log|1 + G
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.noise.ornstein_uhlenbeck import filter_of, sample_period_s
+from gap.evidence.noise.ornstein_uhlenbeck import Filter, filter_of, sample_period_s
 from gap.evidence.noise.unknowns import Unknowns
 
 
@@ -53,10 +55,22 @@ def weighed(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], row
     grams, logs = [], 0.0
     for n, (e, known, own) in enumerate(zip(experiments, unknowns, rows, strict=True)):
         made = filter_of(np.isfinite(e.measured), discrepancy.of_log(n), discrepancy.time_s, sample_period_s(e))
-        grams.append(gram(made.by_window((known.states, known.forms, own))))
+        grams.append(side_by_side(made, (known.states, known.forms, own), e.workers))
         logs += float(made.log_det.sum())
     found = reduced(grams, [len(u.states) for u in unknowns], len(unknowns[0].forms), discrepancy.share)
     return Weighed(found.inner, found.log_det + logs)
+
+
+def side_by_side(made: Filter, rows: Sequence[Array], workers: int) -> Array:
+    """Inner products of the whitened rows of every window, a share of the windows on every thread."""
+    cuts = np.linspace(0, len(made.gain), max(workers, 1) + 1).astype(int)
+    with ThreadPoolExecutor(max(workers, 1)) as pool:
+        parts = pool.map(lambda ends: _of_windows(made, rows, slice(*ends)), pairwise(cuts))
+    return np.concatenate(list(parts))
+
+
+def _of_windows(made: Filter, rows: Sequence[Array], part: slice) -> Array:
+    return gram(made.of_windows(part).by_window([r[:, part] for r in rows]))
 
 
 def gram(white: Array) -> Array:

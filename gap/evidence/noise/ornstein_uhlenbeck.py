@@ -28,6 +28,10 @@ class Filter:
     decay: Array
     log_det: Array
 
+    def of_windows(self, part: slice) -> Filter:
+        """The same of some windows."""
+        return Filter(self.gain[part], self.root[part], self.decay, self.log_det[part])
+
     def by_window(self, parts: Sequence[Array]) -> Array:
         """C^(−1/2) of every row; several of numbers × windows × samples × channels, in units of the white noise, 0 where nothing was
         measured → windows × numbers of all parts × values."""

@@ -28,6 +28,8 @@ class Plan:
 class Log:
     """What the noise model asks of an experiment."""
 
+    workers = 2
+
     def __init__(self, measured: NDArray[np.float64], sigma: NDArray[np.float64]) -> None:
         self.measured, self.sigma, self.plan, self.windows = measured, sigma, Plan(), len(measured)
 
