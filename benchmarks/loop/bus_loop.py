@@ -18,17 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from config.errors import DaemonError
+from benchmarks.loop.held_daemon import cpu_s, recording
 from daemon.faults.benches.commissioning import commission
 from daemon.faults.benches.daemon_process import DaemonProcess, hold, move
 from daemon.faults.benches.twin_process import TwinProcess, multicast_rig, patient
 from daemon.server.protocol import Client
-from recording.files.reader import Log, read_log
+from recording.files.reader import Log
 from sim_backend.twin.network_namespace import NetworkNamespace
 
 TARGET_P50_US, TARGET_P99_US, OLD_S = 300.0, 600.0, 2e-3
 ENCODERS = {"rotary_encoder": "rotary.position_age_s", "prismatic_encoder": "prismatic.position_age_s"}
-_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
 def figures(log: Log) -> dict[str, Any]:
@@ -71,13 +70,13 @@ def _measure(namespace: NetworkNamespace, place: Path, seconds: float) -> dict[s
     ):
         commission(client, twin.control)
         pids = {"twin": twin.process.pid, "loop": daemon.pid("control")}
-        before = {name: _cpu_s(pid) for name, pid in pids.items()}
+        before = {name: cpu_s(pid) for name, pid in pids.items()}
         began = time.monotonic()
         _keep_moving(client, began + seconds)
         took_s = time.monotonic() - began
-        shares = {name: round(100 * (_cpu_s(pid) - before[name]) / took_s, 1) for name, pid in pids.items()}
+        shares = {name: round(100 * (cpu_s(pid) - before[name]) / took_s, 1) for name, pid in pids.items()}
         client.call("disarm")
-        log = _recording(place / "daemon" / "logs")
+        log = recording(place / "daemon" / "logs")
     return figures(log) | {"processor_percent": shares}
 
 
@@ -88,24 +87,6 @@ def _keep_moving(client: Client, end_s: float) -> None:
         move(client, 70, "50 deg/s")
         while client.call("status")["mode"] == "running":
             time.sleep(0.02)
-
-
-def _recording(directory: Path) -> Log:
-    """The recording of the armed time, once it is whole."""
-    limit = time.monotonic() + 10.0
-    while time.monotonic() < limit:
-        paths = sorted(directory.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)
-        armed = [path for path in paths if not path.stem.endswith("-standby")]  # that of the proof, then the one in motion
-        if armed and paths[-1] != armed[-1]:  # a standby recording is being written again
-            time.sleep(0.5)  # the last chunk
-            return read_log(armed[-1])
-        time.sleep(0.02)
-    raise DaemonError("no recording", where=str(directory))
-
-
-def _cpu_s(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
 
 
 def main() -> None:

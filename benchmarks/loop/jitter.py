@@ -1,139 +1,174 @@
-"""Period jitter of the daemon's clock beside cyclictest and LinuxCNC's servo thread, in short runs that take turns: medians of runs and of
-their ratios.
+"""Period jitter of the loop beside cyclictest and LinuxCNC's servo thread, in short runs that take turns: medians of runs and of their
+ratios.
 
-    python -m benchmarks.loop.jitter [--pairs 6] [--seconds 4] [--load] [--json]
+    python -m benchmarks.loop.jitter [--pairs 6] [--seconds 4] [--load [0|1]] [--programs ...] [--json]
+    python -m benchmarks.loop.jitter --append turns.jsonl --pairs 3     a batch more; many of them over hours say most
+    python -m benchmarks.loop.jitter --summary turns.jsonl
 
-Each turn runs the clock with a spin of fixed length, the clock as it is (the spin follows the wake-ups), cyclictest at the same priority,
-and LinuxCNC at its own (98), one after the other. A shared machine has good and bad minutes, so only ratios within a turn mean anything.
-`--load` keeps stress-ng on every processor. cyclictest (package rt-tests) and LinuxCNC (linuxcnc-uspace) are left out where they are not
-installed.
+Each turn runs the daemon's clock with a fixed amount of work, longreachd holding the simulated rig, longreachd holding the twin over CAN,
+cyclictest at the same priority, and LinuxCNC at its own (98), one after the other. A shared machine has good and bad minutes, so only
+ratios within a turn mean anything. `--load` keeps stress-ng on every processor, or on one. What cannot run here is left out: cyclictest
+(package rt-tests), LinuxCNC (linuxcnc-uspace), CAN (root, for a network namespace).
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from datetime import UTC, datetime
 from functools import partial
-from statistics import median
+from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from benchmarks.loop import linuxcnc
+from benchmarks.loop import held_daemon, linuxcnc
+from benchmarks.loop.jitter_table import table
+from benchmarks.loop.periods import began_of_lateness, figures
+from config.errors import LongreachError
 from config.schema.rig import Loop
-from daemon.cycle.clock import AdaptiveSpin, WallClock
+from daemon.cycle.clock import WallClock
+from daemon.cycle.overrun import PHASES, OverrunPolicy
 from daemon.host.realtime import request_realtime
 
 PERIOD_NS = 1_000_000
+PERIOD_US = PERIOD_NS * 1e-3
 WORK_NS = 120_000  # of a cycle, as the controller with two joints takes
-FIGURES = ("p50", "p99", "p99.9", "late")
-OWN = ("fixed spin", "daemon's clock")
-HIGH = 1.5
-MISSING = {"cyclictest": "cyclictest: not installed (apt-get install rt-tests)", "LinuxCNC": linuxcnc.MISSING}
+ALL = "all"
+Load = Callable[[], AbstractContextManager[None]]
+Program = Callable[[float, Load], dict[str, float]]
 
 
-def figures(late_us: list[float]) -> dict[str, float]:
-    """Of the lateness of each cycle in us: quantiles of the change of the period, and cycles more than a period late."""
-    jitter = np.abs(np.diff(late_us))
-    found = dict(zip(FIGURES[:3], np.quantile(jitter, (0.5, 0.99, 0.999)).tolist(), strict=True))
-    return found | {"late": float(np.sum(np.asarray(late_us) > PERIOD_NS / 1e3))}
+def own_clock(seconds: float, load: Load) -> dict[str, float]:
+    """The daemon's clock, deadlines and requests for real time around a fixed amount of work; in a process of its own."""
+    one = [sys.executable, "-m", "benchmarks.loop.jitter", "--clock", "--seconds", str(seconds)]
+    with load():
+        return dict(json.loads(subprocess.run(one, capture_output=True, text=True, check=True).stdout))
 
 
-def own_clock(adaptive: bool, seconds: float) -> dict[str, float]:
-    """The daemon's clock and requests for real time around a fixed amount of work."""
-    request_realtime(Loop())
-    if not adaptive:
-        AdaptiveSpin.MOST_OF_PERIOD = 0.0
-    clock = WallClock(Loop().spin_s, PERIOD_NS * 1e-9)
+def clock_here(seconds: float) -> dict[str, float]:
+    loop = Loop()
+    request_realtime(loop)
+    clock, policy, phases = WallClock(loop.spin_s, PERIOD_NS * 1e-9), OverrunPolicy(PERIOD_NS, loop.overruns), [0] * len(PHASES)
     count = round(seconds * 1e9 / PERIOD_NS)
-    late, first = [0.0] * count, clock.now_ns() + 10 * PERIOD_NS
+    began, deadline = [0.0] * count, clock.now_ns() + 10 * PERIOD_NS
     for cycle in range(count):
-        deadline = first + cycle * PERIOD_NS
-        now = clock.wait_until(deadline)
-        late[cycle] = (now - deadline) * 1e-3
-        while clock.now_ns() < now + WORK_NS:
-            pass
-    return figures(late)
+        now = ended = clock.wait_until(deadline)
+        began[cycle] = now * 1e-3
+        while ended < now + WORK_NS:
+            ended = clock.now_ns()
+        deadline = policy.next_deadline(deadline, ended, phases)
+    return figures(began, PERIOD_US)
 
 
-def _own_process(name: str, seconds: float) -> dict[str, float]:
-    one = [sys.executable, "-m", "benchmarks.loop.jitter", "--one", name, "--seconds", str(seconds)]
-    return dict(json.loads(subprocess.run(one, capture_output=True, text=True, check=True).stdout))
-
-
-def cyclictest(seconds: float) -> dict[str, float]:
+def cyclictest(seconds: float, load: Load) -> dict[str, float]:
     """Its lateness cycle by cycle, as it prints it."""
     loops = round(seconds * 1e9 / PERIOD_NS)
     command = ["cyclictest", "--mlockall", "--priority", str(Loop().priority), "--interval", str(PERIOD_NS // 1000), "--verbose"]
-    done = subprocess.run([*command, "--loops", str(loops)], capture_output=True, text=True, check=True)
+    with load():
+        done = subprocess.run([*command, "--loops", str(loops)], capture_output=True, text=True, check=True)
     rows = [line.split(":") for line in done.stdout.splitlines() if line.count(":") == 2 and line.strip()[0].isdigit()]
-    return figures([float(row[2]) for row in rows])
+    return figures(began_of_lateness([float(row[2]) for row in rows], PERIOD_US), PERIOD_US)
+
+
+def servo_thread(seconds: float, load: Load) -> dict[str, float]:
+    with load():
+        return figures(linuxcnc.servo_thread(seconds, PERIOD_NS), PERIOD_US)
+
+
+PROGRAMS: dict[str, Program] = {
+    "clock": own_clock,
+    "longreachd": partial(held_daemon.in_process, period_us=PERIOD_US),
+    "longreachd-can": partial(held_daemon.over_can, period_us=PERIOD_US),
+    "cyclictest": cyclictest,
+    "LinuxCNC": servo_thread,
+}
+MISSING = {
+    "longreachd-can": "longreachd-can: needs root and ip (iproute2) for a network namespace",
+    "cyclictest": "cyclictest: not installed (apt-get install rt-tests)",
+    "LinuxCNC": linuxcnc.MISSING,
+}
+
+
+def can_run(name: str) -> bool:
+    if name == "longreachd-can":
+        return os.geteuid() == 0 and bool(shutil.which("ip"))
+    return linuxcnc.is_here() if name == "LinuxCNC" else name != "cyclictest" or bool(shutil.which("cyclictest"))
 
 
 @contextmanager
-def loaded(wanted: bool) -> Iterator[None]:
-    if not wanted:
+def loaded(processor: str | None) -> Iterator[None]:
+    """stress-ng on one processor or on all of them; None: no load. It begins once a daemon has started: that takes minutes beside it."""
+    if processor is None:
         yield
         return
-    with subprocess.Popen(["stress-ng", "--cpu", "0", "--vm", "1", "--switch", "1", "--quiet"], stdout=subprocess.DEVNULL) as load:
+    each = ["--cpu", "0"] if processor == ALL else ["--cpu", "1", "--taskset", processor]
+    with subprocess.Popen(["stress-ng", *each, "--vm", "1", "--switch", "1", "--quiet"], stdout=subprocess.DEVNULL) as load:
         try:
             yield
         finally:
             load.terminate()
 
 
-def turns(pairs: int, seconds: float) -> dict[str, list[dict[str, float]]]:
-    """Every program once a turn, each in a process of its own."""
-    ways: dict[str, Callable[[], dict[str, float]]] = {name: partial(_own_process, name, seconds) for name in OWN}
-    if shutil.which("cyclictest"):
-        ways["cyclictest"] = lambda: cyclictest(seconds)
-    if linuxcnc.is_here():
-        ways["LinuxCNC"] = lambda: figures(linuxcnc.servo_thread(seconds, PERIOD_NS))
-    runs: dict[str, list[dict[str, float]]] = {name: [] for name in ways}
-    for turn in range(pairs):
-        for name, way in ways.items():
-            runs[name].append(way())
-        seen = ", ".join(f"{name} {found[-1]['p99']:.1f} us" for name, found in runs.items())
-        print(f"turn {turn + 1} of {pairs}, p99: {seen}", file=sys.stderr, flush=True)
-    return runs
+def turns(names: Sequence[str], pairs: int, seconds: float, load: str | None) -> Iterator[dict[str, Any]]:
+    """Every program once a turn. A run that breaks off, as the daemon's does where the machine stands still for long, is told and left
+    out."""
+    for number in range(pairs):
+        turn: dict[str, Any] = {"utc": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}", "load": load or "idle", "seconds": seconds}
+        turn |= {"wanted_1_min": os.getloadavg()[0], "busy_beside": busy_share(), "runs": {}, "broken": {}}
+        for name in names:
+            try:
+                turn["runs"][name] = PROGRAMS[name](seconds, partial(loaded, load))
+            except (LongreachError, subprocess.SubprocessError, RuntimeError) as error:
+                turn["broken"][name] = str(error).splitlines()[0][:200]
+        seen = ", ".join(f"{name} {found['p99']:.1f} us" for name, found in turn["runs"].items())
+        print(f"turn {number + 1} of {pairs}, p99: {seen} {turn['broken'] or ''}", file=sys.stderr, flush=True)
+        yield turn
 
 
-def summary(runs: dict[str, list[dict[str, float]]]) -> list[str]:
-    """A line a program, then the ratios to the daemon's clock turn by turn."""
-    lines = [f"{'period jitter (us), median of turns':38}{'p50':>9}{'p99':>9}{'p99.9':>9}{'> 1 ms late':>13}"]
-    for name, found in runs.items():
-        lines.append(f"{name:38}" + "".join(f"{median(run[key] for run in found):9.1f}" for key in FIGURES[:3])
-                     + f"{median(run['late'] for run in found):13.0f}")  # fmt: skip
-    own = runs["daemon's clock"]
-    for name in (name for name in runs if name != "daemon's clock"):
-        for key in ("p99", "p99.9"):
-            ratios = sorted((a[key] + 0.1) / (b[key] + 0.1) for a, b in zip(own, runs[name], strict=True))
-            above = sum(ratio > HIGH for ratio in ratios)
-            lines.append(
-                f"{key} of the daemon's clock over {name}: median {median(ratios):.2f}, {ratios[0]:.2f} to {ratios[-1]:.2f}; "
-                f"above {HIGH:g} in {above} of {len(ratios)} turns"
-            )
-    return lines + [missing for name, missing in MISSING.items() if name not in runs]
+def busy_share(seconds: float = 0.5) -> float:
+    """Share of all processors that others took just before a turn."""
+
+    def idle_and_all() -> tuple[int, int]:
+        ticks = [int(word) for word in Path("/proc/stat").read_text().splitlines()[0].split()[1:9]]
+        return ticks[3] + ticks[4], sum(ticks)
+
+    idle, whole = idle_and_all()
+    time.sleep(seconds)
+    idle_after, whole_after = idle_and_all()
+    return 1.0 - (idle_after - idle) / max(1, whole_after - whole)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--pairs", type=int, default=6, metavar="N", help="turns (default 6)")
-    parser.add_argument("--seconds", type=float, default=4.0, metavar="S", help="of each run (default 4)")
-    parser.add_argument("--load", action="store_true", help="stress-ng on every processor")
+    parser.add_argument("--pairs", type=int, default=6, metavar="N", help="turns (default %(default)s)")
+    parser.add_argument("--seconds", type=float, default=4.0, metavar="S", help="of each run (default %(default)g)")
+    parser.add_argument("--load", nargs="?", const=ALL, metavar="PROCESSOR", help="stress-ng on every processor, or on this one")
+    parser.add_argument("--programs", nargs="+", choices=tuple(PROGRAMS), default=tuple(PROGRAMS), help="these alone")
+    parser.add_argument("--append", type=Path, metavar="FILE", help="each turn as a line of JSON at the end of a file")
+    parser.add_argument("--summary", type=Path, metavar="FILE", help="run nothing: the table of what was appended")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--one", choices=OWN, help=argparse.SUPPRESS)
+    parser.add_argument("--clock", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.one:
-        print(json.dumps(own_clock(arguments.one != OWN[0], arguments.seconds)))
+    if arguments.clock:
+        print(json.dumps(clock_here(arguments.seconds)))
         return 0
-    with loaded(arguments.load):
-        runs = turns(arguments.pairs, arguments.seconds)
-    print(json.dumps(runs) if arguments.json else "\n".join(summary(runs)))
+    if arguments.summary:
+        print("\n".join(table([json.loads(line) for line in arguments.summary.read_text().splitlines()])))
+        return 0
+    names, seen = [name for name in arguments.programs if can_run(name)], []
+    for turn in turns(names, arguments.pairs, arguments.seconds, arguments.load):
+        seen.append(turn)
+        if arguments.append:
+            with arguments.append.open("a") as file:
+                file.write(json.dumps(turn) + "\n")
+    left_out = [MISSING[name] for name in arguments.programs if name not in names]
+    print(json.dumps(seen) if arguments.json else "\n".join([*table(seen), *left_out]))
     return 0
 
 

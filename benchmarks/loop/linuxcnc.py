@@ -10,6 +10,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from itertools import accumulate
 from pathlib import Path
 
 MISSING = "LinuxCNC: not installed or not runnable here (root, apt-get install linuxcnc-uspace gcc)"
@@ -34,10 +35,7 @@ def is_here() -> bool:
 
 
 def servo_thread(seconds: float, period_ns: int) -> list[float]:
-    """How late each cycle began, in us, as the running sum of its periods has it; the earliest is 0.
-
-    RuntimeError where it gets no real time.
-    """
+    """When each cycle began, in us: the running sum of its periods. RuntimeError where it gets no real time."""
     count = round(seconds * 1e9 / period_ns)
     with tempfile.TemporaryDirectory(prefix="longreach-linuxcnc-") as folder:
         place = Path(folder)
@@ -53,11 +51,7 @@ def servo_thread(seconds: float, period_ns: int) -> list[float]:
         if _REALTIME not in done.stdout + done.stderr:
             raise RuntimeError(f"LinuxCNC runs without real time: {(done.stdout + done.stderr).strip()[:500]}")
         periods_ns = [int(line) for line in (place / "periods.txt").read_text().split()][2:]  # the first two have no cycle before them
-    late, total = [], 0
-    for period in periods_ns:
-        total += period - period_ns
-        late.append(1e-3 * total)
-    return [each - min(late) for each in late]
+    return [1e-3 * began for began in accumulate(periods_ns, initial=0)]
 
 
 def _compiler() -> str:
