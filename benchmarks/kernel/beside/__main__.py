@@ -3,8 +3,8 @@
 Run: python -m benchmarks.kernel.beside [--solved 0.5]
 
 Commands are those of the paper's line, run in lockstep once; every way gets the same. Speeds are processor time; ways take turns, and
-ratios are medians over the turns. C draws the sensors' noise as the kernel does; the solvers have no sensors, so they are compared with the
-kernel without it. Errors are the largest difference from Radau at rtol 1e-10 (over the solved part) and from the kernel with 1/100 ms steps
+ratios are medians over the turns. C draws the sensors' noise as the kernel does; the solvers have no sensors, so the kernel beside them has
+none. Errors are the largest difference from Radau at rtol 1e-10 (over the solved part) and from the kernel with 1/100 ms steps
 (over the whole program), in % of each signal's swing.
 """
 
@@ -14,7 +14,7 @@ import argparse
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,6 @@ import longreach
 from benchmarks.kernel.beside.c_version import COLUMNS, CPlant
 from benchmarks.kernel.beside.solvers import Solved
 from config.loading.load import load_rig
-from sim_backend.kernel.batch import quiet
 from sim_backend.memory.layout import C
 from sim_backend.plant import SimulatedRig
 
@@ -34,7 +33,8 @@ PERIOD_S = 1e-3
 FINE_S = 1e-5
 TURNS = 15
 _IN_C = "C, -O3 -march=native"
-_QUIET = "kernel without the sensors' noise"  # what the solvers are compared with: they integrate no sensors
+_BARE = "kernel without sensors"  # what the solvers are compared with: they have none
+SOLVER_TURNS, KERNEL_RUNS = 5, 20  # of a solver, and of the kernel beside each: its own run is too short to be timed
 SOLVERS = (("LSODA", 1e-4), ("LSODA", 3e-5), ("LSODA", 1e-6), ("BDF", 1e-5))  # relative tolerances
 
 
@@ -57,16 +57,12 @@ def main() -> None:
     if _IN_C in seconds:
         ratios = sorted(a / b for a, b in zip(seconds["kernel"], seconds[_IN_C], strict=True))
         print(f"time of the kernel over that of C: {statistics.median(ratios):.2f} ({ratios[1]:.2f} to {ratios[-2]:.2f} of {TURNS} turns)")
-    _solvers(sim, commands, kernel, solved_s, whole / statistics.median(seconds[_QUIET]))
+    _solvers(sim, commands, kernel, solved_s)
 
 
 def _ways(sim: SimulatedRig, commands: Array) -> dict[str, Callable[[], Signals]]:
     """What is timed by name; without C where there is no compiler, which is said."""
-    quiet_sim = _with_quiet_sensors()
-    ways: dict[str, Callable[[], Signals]] = {
-        "kernel": lambda: _from_start(sim, commands, None),
-        _QUIET: lambda: _from_start(quiet_sim, commands, None),
-    }
+    ways: dict[str, Callable[[], Signals]] = {"kernel": lambda: _from_start(sim, commands, None)}
     try:
         plant = CPlant(sim, PERIOD_S)
     except FileNotFoundError as missing:
@@ -76,7 +72,7 @@ def _ways(sim: SimulatedRig, commands: Array) -> dict[str, Callable[[], Signals]
     return ways
 
 
-def _solvers(sim: SimulatedRig, commands: Array, kernel: Signals, solved_s: float, speed: float) -> None:
+def _solvers(sim: SimulatedRig, commands: Array, kernel: Signals, solved_s: float) -> None:
     start = int(np.argmax(np.abs(commands).max(axis=1) > 0.05))  # where the first move begins
     rows = slice(start, start + round(solved_s / PERIOD_S))
     sim.reset()
@@ -84,20 +80,33 @@ def _solvers(sim: SimulatedRig, commands: Array, kernel: Signals, solved_s: floa
     reached = sim.state.copy()
     print(f"the first {solved_s:g} s of the first move, from the same state; reference Radau at rtol 1e-10", flush=True)
     reference = Solved(sim, "Radau", 1e-10).run(commands[rows], PERIOD_S)
-    _line(_QUIET, speed, _worst({name: values[rows] for name, values in kernel.items()}, reference))
-    for solver, rtol in SOLVERS:
-        sim.state[:] = reached
-        way = Solved(sim, solver, rtol)
+    bare = SimulatedRig(load_rig("ornl_testbed").rig)
+    bare.parameters.values[C.SENSORS] = 0.0
+
+    def in_kernel() -> float:
         began = time.process_time()
-        signals = way.run(commands[rows], PERIOD_S)
-        took = time.process_time() - began
+        for _ in range(KERNEL_RUNS):
+            bare.state[:] = reached
+            bare.run(commands[rows], PERIOD_S)
+        return (time.process_time() - began) / KERNEL_RUNS
+
+    took = statistics.median(in_kernel() for _ in range(SOLVER_TURNS))
+    _line(_BARE, solved_s / took, _worst({name: values[rows] for name, values in kernel.items()}, reference))
+    for solver, rtol in SOLVERS:
+        way, spent, ratios = Solved(sim, solver, rtol), [], []
+        for _ in range(SOLVER_TURNS):
+            sim.state[:], way.calls, began = reached, 0, time.process_time()
+            signals = way.run(commands[rows], PERIOD_S)
+            spent.append(time.process_time() - began)
+            ratios.append(spent[-1] / in_kernel())
         name = f"scipy {solver}, rtol {rtol:g}, {way.calls / len(signals['tip.deflection']):.0f} rates/ms"
-        _line(name, solved_s / took, _worst(signals, reference), speed * took / solved_s)
+        _line(name, solved_s / statistics.median(spent), _worst(signals, reference), ratios)
 
 
-def _line(name: str, speed: float | None, error: float, slower: float | None = None) -> None:
+def _line(name: str, speed: float | None, error: float, slower: Sequence[float] = ()) -> None:
     times = "" if speed is None else f"{speed:9.3g} x real time"
-    print(f"{name:44}{times:24} {error:9.2g} %" + ("" if slower is None else f"   kernel {slower:.0f} times faster"), flush=True)
+    beside = f"   kernel {statistics.median(slower):.0f} times faster ({min(slower):.0f} to {max(slower):.0f})" if slower else ""
+    print(f"{name:44}{times:24} {error:9.2g} %{beside}", flush=True)
 
 
 def _paper_line() -> Array:
@@ -114,12 +123,6 @@ def _from_start(sim: SimulatedRig, commands: Array, step_s: float | None) -> Sig
     signals = sim.run(commands, PERIOD_S)
     p[C.STEP] = shipped
     return signals
-
-
-def _with_quiet_sensors() -> SimulatedRig:
-    sim = SimulatedRig(load_rig("ornl_testbed").rig)
-    sim.parameters.values[:] = quiet(sim.parameters)
-    return sim
 
 
 def _c_run(plant: CPlant, sim: SimulatedRig, commands: Array) -> Signals:
