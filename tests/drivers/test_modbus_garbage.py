@@ -95,6 +95,7 @@ def fuzz(peer: Peer, answers: int) -> None:
     driver.close()
 
 
+@pytest.mark.device_clock
 def test_forty_wrong_answers(peer: Peer) -> None:
     fuzz(peer, 40)
 

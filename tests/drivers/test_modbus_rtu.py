@@ -27,6 +27,7 @@ def options(slave: Slave) -> dict[str, object]:
     return {**line, "answer_timeout": "100 ms", "retry_after": "10 ms", "channels": channels}
 
 
+@pytest.mark.device_clock
 def test_registers_over_a_serial_line_with_every_kind_of_bad_answer(slave: Slave) -> None:
     slave.registers[2] = 0xFF85  # -123
     slave.registers[4:6] = struct.unpack(">HH", struct.pack(">f", 18.5))

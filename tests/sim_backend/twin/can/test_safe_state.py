@@ -91,6 +91,7 @@ def test_watch_begins_anew_when_the_time_is_written() -> None:
     assert valve.device_state is ValveState.INIT
 
 
+@pytest.mark.device_clock
 def test_heartbeat_loss_over_the_bus_and_reset_by_edge(running) -> None:
     node = valve_active(running)
     node.sdo[0x1029][1].raw = 1

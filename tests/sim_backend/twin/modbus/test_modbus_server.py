@@ -51,6 +51,7 @@ def test_exceptions_for_other_addresses_units_and_writes(running, client) -> Non
     assert client.read_input_registers(0, count=1, device_id=9).isError()
 
 
+@pytest.mark.device_clock
 def test_faults_of_a_unit(running, client) -> None:
     control = running.control
     control.inject("gauges", "exception", 6)
