@@ -58,7 +58,7 @@ def grown(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
     """One suspect more, as long as the posterior grows with it."""
     while len(search.best.suspects) < MOST_EFFECTS:
         best = search.best
-        search = _decided(_widened(search, best), best, tell)
+        search = _decided(_widened(search, best), best, tell, 0 if best.suspects else _ALWAYS)
         if search.best.labels == best.labels:
             break
         search = _ended(search, search.best)
@@ -73,7 +73,7 @@ def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
             search = _less(search, best, suspect)
             rest = search.known(best.labels - {suspect.label})
             assert rest is not None
-            search = _decided(_widened(search, rest), best, tell)
+            search = _rivals_ended(_decided(_widened(search, rest), best, tell, _ALWAYS), best, rest)
         if search.best.labels == best.labels:
             break
         search = grown(_ended(search, search.best), tell)
@@ -88,6 +88,17 @@ def _less(search: EvidenceSearch, best: Hypothesis, suspect: Suspect) -> Evidenc
     assert rest is not None
     close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
     return _ended(search, rest) if close and not rest.ended else search
+
+
+def _rivals_ended(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) -> EvidenceSearch:
+    """Whatever gains half of what the best set has over the rest may be as good when it is fitted as far: a delay, to which no lines lead,
+    beside another one."""
+    half = 0.5 * (best.log_z + rest.log_z)
+    for rival in search.fitted:
+        beside = rest.labels < rival.labels and len(rival.labels) == len(best.labels) and rival.labels != best.labels
+        if beside and not rival.ended and rival.log_z > half:
+            search = _ended(search, rival)
+    return search
 
 
 def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
@@ -159,15 +170,16 @@ def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) ->
     return followed(search.seen, start, promise)
 
 
-def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell) -> EvidenceSearch:
-    """The waiting sets fitted, best promise first, until none that is left could hold a share of the posterior."""
+def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) -> EvidenceSearch:
+    """The waiting sets fitted, best promise first, until none that is left could hold a share of the posterior; `always` of those at least
+    that seem to hold none."""
     asked: set[frozenset[str]] = set()
     in_vain = 0
     while search.waiting and in_vain < _PATIENCE:
         first, before = max(search.waiting, key=search.log_hope), search.best.labels
         if search.log_hope(first) < search.log_mass(search.best) + NEGLIGIBLE:
             asked |= {first.labels}
-            if base.suspects or len(asked) > _ALWAYS or search.log_mass(search.best) <= search.log_mass(base):
+            if len(asked) > always or (not base.suspects and search.log_mass(search.best) <= search.log_mass(base)):
                 break
         rest = tuple(w for w in search.waiting if w is not first)
         done = _refined(search, first)
