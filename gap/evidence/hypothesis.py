@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,10 +14,10 @@ from gap.evidence.coordinates import phi_of
 from gap.evidence.laplace import log_evidence
 from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior
 from gap.evidence.noise.noise_model import Discrepancy, weighed
-from gap.evidence.noise.unknowns import Unknowns
+from gap.evidence.noise.unknowns import Unknowns, unknowns_of
 from gap.evidence.prior import prior_of
 from gap.fitting.model import Model
-from gap.fitting.simulate import residual
+from gap.fitting.simulate import remembering, residual, simulate
 from gap.signatures.candidates import Candidate
 
 Suspect = Candidate | Changed
@@ -25,10 +25,12 @@ Suspect = Candidate | Changed
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What is the same for every set: the logs to fit, and the scale of each channel's discrepancy."""
+    """What is the same for every set that is compared: the logs to fit, the scale of each channel's discrepancy, and what is integrated
+    out, as it is about one model. (About a model of its own every set would have another Σ, and sets would gain by that alone.)"""
 
     experiments: tuple[Experiment, ...]
     scales: Array
+    unknowns: tuple[Unknowns, ...]
 
     def left(self, readings: Sequence[Array]) -> list[Array]:
         """(measured − simulated) / noise of every log, windows × samples × channels; 0 where nothing was measured."""
@@ -37,12 +39,11 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A model with what it does on every log: `readings`, what they hang on (`unknowns`), and `jacobian`: d readings / dφ in units of the
-    noise, numbers × windows × samples × channels."""
+    """A model with what it does on every log: `readings`, and `jacobian`: d readings / dφ in units of the noise, numbers × windows ×
+    samples × channels."""
 
     model: Model
     readings: tuple[Array, ...]
-    unknowns: tuple[Unknowns, ...]
     jacobian: tuple[Array, ...]
     discrepancy: Discrepancy
 
@@ -74,11 +75,26 @@ class Hypothesis:
         return self.at.model
 
 
+def about(seen: Seen, model: Model) -> Seen:
+    """The same logs with what is integrated out, and what windows remember, as they are about a model."""
+    vector = model.vector()
+    experiments = tuple(remembering(e, vector) for e in seen.experiments)
+    return Seen(experiments, seen.scales, unknowns_of(experiments, vector))
+
+
+def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
+    """A fitted set as it is, beside what is integrated out now."""
+    vector = hypothesis.model.vector()
+    point = replace(hypothesis.at, readings=tuple(simulate(e, [vector])[0] for e in seen.experiments))
+    point = replace(point, discrepancy=rediscovered(seen, point, None, False))
+    return replace(hypothesis, at=point, log_z=evidence(posterior(seen, point), point.model))
+
+
 def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> Posterior:
     """The normal approximation at a point; `left`: its residuals where they are known better than from its readings."""
     left = seen.left(point.readings) if left is None else left
     rows = [np.concatenate([r[None], j]) for r, j in zip(left, point.jacobian, strict=True)]
-    found = weighed(seen.experiments, point.unknowns, rows, point.discrepancy)
+    found = weighed(seen.experiments, seen.unknowns, rows, point.discrepancy)
     prior, phi = prior_of(point.model), phi_of(point.model)
     density = prior.log_density(phi) + log_prior(point.discrepancy, seen.scales) - 0.5 * (float(found.inner[0, 0]) + found.log_det)
     return Posterior(found.inner[1:, 1:] + np.diag(prior.precision), found.inner[1:, 0] - prior.precision * phi, density)
@@ -93,4 +109,4 @@ def evidence(at: Posterior, model: Model) -> float:
 def rediscovered(seen: Seen, point: Point, left: Sequence[Array] | None = None, near: bool = True) -> Discrepancy:
     """The discrepancy at a point, from the one it has; `near` as for fitted_discrepancy."""
     left = seen.left(point.readings) if left is None else left
-    return fitted_discrepancy(seen.experiments, left, point.unknowns, seen.scales, point.discrepancy, near)
+    return fitted_discrepancy(seen.experiments, left, seen.unknowns, seen.scales, point.discrepancy, near)

@@ -16,19 +16,20 @@ from gap.data.windows import Experiment
 from gap.evidence.coordinates import slopes
 from gap.evidence.hypothesis import Hypothesis, Point, Seen, posterior
 from gap.evidence.noise.discrepancy import weighed_windows
-from gap.evidence.noise.unknowns import in_noise, linearised
+from gap.evidence.noise.unknowns import in_noise
+from gap.fitting.simulate import simulate
 
 
-def predictive(seen: Seen, hypothesis: Hypothesis, held: Sequence[Experiment], known: bool = False) -> float:
-    """ln p(held | fitted logs), without constants that every hypothesis shares. `known`: nothing of the model is unsure."""
-    at = hypothesis.at
-    readings, unknowns = linearised(held, at.model.vector())
-    left = Seen(tuple(held), seen.scales).left(readings)
-    shared = [at.discrepancy.share * u.forms for u in unknowns]
+def predictive(seen: Seen, hypothesis: Hypothesis, held: Seen, known: bool = False) -> float:
+    """ln p(held | fitted logs), without constants that every hypothesis shares. `held`: the logs that judge, with what is integrated out
+    there the same for every hypothesis. `known`: nothing of the model is unsure."""
+    at, vector = hypothesis.at, hypothesis.model.vector()
+    readings = tuple(simulate(e, [vector])[0] for e in held.experiments)
+    shared = [at.discrepancy.share * u.forms for u in held.unknowns]
     if not known and at.model.free:
-        shared = [np.concatenate(pair) for pair in zip(shared, _unsure(seen, at, held, readings), strict=True)]
-    wide = [replace(u, forms=forms) for u, forms in zip(unknowns, shared, strict=True)]
-    return weighed_windows(held, left, wide, seen.scales, replace(at.discrepancy, share=1.0))[1]
+        shared = [np.concatenate(pair) for pair in zip(shared, _unsure(seen, at, held.experiments, readings), strict=True)]
+    wide = [replace(u, forms=forms) for u, forms in zip(held.unknowns, shared, strict=True)]
+    return weighed_windows(held.experiments, held.left(readings), wide, held.scales, replace(at.discrepancy, share=1.0))[1]
 
 
 def _unsure(seen: Seen, at: Point, held: Sequence[Experiment], readings: Sequence[Array]) -> list[Array]:

@@ -12,13 +12,13 @@ from gap.data.strata import chosen
 from gap.data.windows import Experiment, velocities
 from gap.evidence.changed import changeable
 from gap.evidence.deciding_numbers import EXPECTED, HONEST, LEAST_DISCREPANCY, MEMORY_S, OTHER_FORM
-from gap.evidence.hypothesis import Hypothesis, Seen, evidence, posterior
+from gap.evidence.hypothesis import Hypothesis, Seen, about, evidence, posterior
 from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.refinement import opened
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.model import Free, Model
-from gap.fitting.simulate import remembering, some
+from gap.fitting.simulate import some
 from gap.signatures.candidates import candidates
 
 
@@ -26,10 +26,10 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     """`experiments`: the fit logs, whole, and the `names` of their channels. Of long ones some windows are chosen."""
     channels, experiments = frozenset(names), [uncut(e, rig, names) for e in experiments]
     model = Model(rig, free, np.array([item.start for item in free]))
-    vector, numbers = model.vector(), chosen([velocities(e) for e in experiments])
-    few = tuple(remembering(some(e, n), vector) for e, n in zip(experiments, numbers, strict=True))
+    numbers = chosen([velocities(e) for e in experiments])
+    few = tuple(some(e, n) for e, n in zip(experiments, numbers, strict=True))
     scales = np.maximum(HONEST * swings(experiments), LEAST_DISCREPANCY)
-    seen = Seen(few, scales)
+    seen = about(Seen(few, scales, ()), model)
     point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))
     nominal = Hypothesis((), point, evidence(posterior(seen, point), model), False)
     count = len(candidates(rig, channels)) + len(changeable(rig, free))

@@ -16,10 +16,10 @@ from gap.evidence.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, evidence, posterior, rediscovered
 from gap.evidence.noise.discrepancy import log_prior
 from gap.evidence.noise.noise_model import Discrepancy, weighed
-from gap.evidence.noise.unknowns import in_noise, linearised
+from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.prior import prior_of
 from gap.fitting.model import Model
-from gap.fitting.simulate import remembering, simulate
+from gap.fitting.simulate import simulate
 
 _STEPS = 5  # Gauss-Newton steps of one fit
 _DAMPINGS = (0.0, 0.1, 3.0, 100.0)  # Levenberg-Marquardt: of the precision's diagonal, until a step raises ln p
@@ -27,7 +27,6 @@ _ENOUGH = 0.3  # of ln p: a step that gains less ends the fit
 MOST_PASSES = 8  # of fits with sensitivities taken anew
 _MOVES = (1e-3, 0.3)  # of a number's scale: narrowest and widest finite difference
 _MAGNITUDES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # in standard deviations of the logarithm
-_PARTS = (0.5, 0.2)  # of a way that has led too far
 _SETTLED = 0.5  # of ln Z: a pass that gains less was the last
 _INVISIBLE = 0.05  # squared length in noise of what one prior standard deviation changes, below which a sensitivity is not renewed
 
@@ -81,54 +80,36 @@ def _of_magnitudes(seen: Seen, point: Point, number: int) -> list[Point]:
 
 def _log_density(seen: Seen, point: Point) -> float:
     """ln p(y, φ) with Σ as it is."""
-    found = weighed(seen.experiments, point.unknowns, [r[None] for r in seen.left(point.readings)], point.discrepancy)
+    found = weighed(seen.experiments, seen.unknowns, [r[None] for r in seen.left(point.readings)], point.discrepancy)
     prior = prior_of(point.model).log_density(phi_of(point.model)) + log_prior(point.discrepancy, seen.scales)
     return prior - 0.5 * (float(found.inner[0, 0]) + found.log_det)
 
 
-def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point, ended: bool) -> Hypothesis:
-    """The evidence at a point, its start states marginalised about its own model."""
-    readings, unknowns = linearised(seen.experiments, point.model.vector())
-    point = _with_discrepancy(seen, replace(point, readings=readings, unknowns=unknowns), False)
+def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point, ended: bool = False) -> Hypothesis:
+    """The evidence at a point, the discrepancy looked for in the whole of its range."""
+    point = _with_discrepancy(seen, point, False)
     return Hypothesis(suspects, point, evidence(posterior(seen, point), point.model), ended)
 
 
-def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> tuple[Seen, Hypothesis]:
+def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> Hypothesis:
     """The fit with sensitivities of its own, taken anew until its evidence settles, or for some passes."""
-    best = hypothesis_of(seen, suspects, point, False)
+    best = hypothesis_of(seen, suspects, point)
     for _ in range(passes):
-        start = _renewed(seen, best.at)
-        further = descended(seen, start)
-        vector = further.model.vector()
-        seen = replace(seen, experiments=tuple(remembering(e, vector) for e in seen.experiments))
-        found = _kept_part(seen, suspects, start, further, best.log_z)
+        found = hypothesis_of(seen, suspects, descended(seen, _renewed(seen, best.at)))
         gained = found.log_z - best.log_z
         best = found if gained > 0.0 else best
         if gained < _SETTLED:
-            return seen, replace(best, ended=True)
-    return seen, best if passes < MOST_PASSES else replace(best, ended=True)
-
-
-def _kept_part(seen: Seen, suspects: tuple[Suspect, ...], start: Point, further: Point, least: float) -> Hypothesis:
-    """As much of the way from `start` as raises ln Z over `least`, with start states marginalised anew: about another model they are
-    others, and the whole way may lead too far."""
-    found = hypothesis_of(seen, suspects, further, False)
-    before, way = phi_of(start.model), phi_of(further.model) - phi_of(start.model)
-    for part in _PARTS:
-        if found.log_z > least:
-            break
-        model = start.model.with_theta(theta_of(start.model, before + part * way))
-        nearer = hypothesis_of(seen, suspects, replace(start, model=model), False)
-        found = nearer if nearer.log_z > found.log_z else found
-    return found
+            return replace(best, ended=True)
+    return best if passes < MOST_PASSES else replace(best, ended=True)
 
 
 def _point(seen: Seen, model: Model, known: Sequence[Array], discrepancy: Discrepancy) -> Point:
-    readings, unknowns = linearised(seen.experiments, model.vector())
+    vector = model.vector()
+    readings = tuple(simulate(e, [vector])[0] for e in seen.experiments)
     new = range(known[0].shape[0], len(model.free))
     more = slopes(model, seen.experiments, new, readings)
     jacobian = tuple(np.concatenate([k, in_noise(e, m)]) for e, k, m in zip(seen.experiments, known, more, strict=True))
-    return Point(model, readings, unknowns, jacobian, discrepancy)
+    return Point(model, readings, jacobian, discrepancy)
 
 
 def _renewed(seen: Seen, point: Point) -> Point:
@@ -153,7 +134,7 @@ def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
 def _quadratic(seen: Seen, point: Point, readings: Sequence[Array]) -> float:
     """rᵀ Σ⁻¹ r with Σ as it is."""
     rows = [r[None] for r in seen.left(readings)]
-    return float(weighed(seen.experiments, point.unknowns, rows, point.discrepancy).inner[0, 0])
+    return float(weighed(seen.experiments, seen.unknowns, rows, point.discrepancy).inner[0, 0])
 
 
 def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]:

@@ -107,7 +107,7 @@ class Screen:
             np.concatenate([r[None], j, *(s.columns[n] for s in signatures)])
             for n, (r, j) in enumerate(zip(left, at.jacobian, strict=True))
         ]
-        inner = weighed(seen.experiments, at.unknowns, rows, at.discrepancy).inner
+        inner = weighed(seen.experiments, seen.unknowns, rows, at.discrepancy).inner
         own = slice(1, 1 + len(base.model.free))
         prior, phi = prior_of(base.model), phi_of(base.model)
         self._base, self._inner, self._own = base, inner, own

@@ -15,8 +15,8 @@ from gap.signatures.candidates import candidates
 @dataclass(frozen=True, slots=True)
 class Open:
     """A set that is not fitted from one of its two starts: `lines`, `base` and one more as straight lines tell. None where they were not
-    followed: then the promise beside the old discrepancy stands for them. `alone`: what the base without the suspect has been fitted to,
-    beside what was promised for it from the same start, by the promise and along the lines: only what is more is the suspect's."""
+    followed: then the promise beside the old discrepancy stands for them. `alone`: ln Z of the start without the suspect, beside the
+    promise and along the lines: only what is more is the suspect's."""
 
     base: Hypothesis
     promise: Promise
@@ -28,9 +28,10 @@ class Open:
         return self.base.labels | {self.promise.suspect.label}
 
     @property
-    def log_z(self) -> float:
-        promised = self.promise.log_z + self.alone[0]
-        return max(promised, self.lines.log_z + self.alone[1]) if self.lines else promised
+    def gain(self) -> float:
+        """What ln Z of the set is promised to be above that of the base."""
+        promised = self.promise.log_z - self.alone[0]
+        return max(promised, self.lines.log_z - self.alone[1]) if self.lines else promised
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,9 @@ class EvidenceSearch:
 
     def log_hope(self, waiting: Open) -> float:
         """The same of a set that waits."""
-        return waiting.log_z + len(waiting.labels) * self.log_odds
+        base = self.known(waiting.base.labels)
+        assert base is not None
+        return base.log_z + waiting.gain + len(waiting.labels) * self.log_odds
 
     def known(self, labels: frozenset[str]) -> Hypothesis | None:
         """The fit of a set, if there is one."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from gap.evidence.changed import Changed
 from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
-from gap.evidence.hypothesis import Hypothesis, Suspect, evidence, posterior
+from gap.evidence.hypothesis import Hypothesis, Suspect, about, evidence, posterior, reweighed
 from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
@@ -28,23 +28,24 @@ Tell = Callable[[str], None]
 Stage = Callable[[EvidenceSearch, Tell], EvidenceSearch]
 
 _FOLLOWED = 6  # best promises of a screening that are followed along straight lines
-_FEW_PASSES = 2  # of a fit whose sensitivities are taken anew, before it is known that its set keeps a share
-_ROUNDS, _WORTH = 4, 1.0  # of other magnitudes for the constants alone, and the ln Z for which there is another
+_FEW_PASSES = 2  # of a fit whose sensitivities are taken anew, before it is known that it is worth more
+_ROUNDS, _WORTH = 4, 1.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
 _ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
 
 
 def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
     """The constants alone, from the rig file's own."""
-    at = search.nominal
-    seen, done = finished(search.seen, (), descended(search.seen, at.at), _FEW_PASSES)
+    at, seen = search.nominal, search.seen
+    done = finished(seen, (), by_magnitude(seen, descended(seen, at.at)))
     for _ in range(_ROUNDS):
-        _, again = finished(seen, (), by_magnitude(seen, done.at), MOST_PASSES)
-        gained, done = again.log_z - done.log_z, max(again, done, key=lambda one: one.log_z)
-        if gained < _WORTH:
+        anew = about(seen, done.model)
+        again = finished(anew, (), by_magnitude(anew, reweighed(anew, done).at), _FEW_PASSES)
+        if again.log_z < done.log_z + _WORTH:
             break
+        seen, done = anew, finished(anew, (), again.at)
     tell(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
-    return replace(search, seen=seen, fitted=(done,))
+    return replace(search, seen=seen, nominal=reweighed(seen, at), fitted=(done,))
 
 
 def screened(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
@@ -61,7 +62,7 @@ def grown(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         search = _decided(_widened(search, best), best, tell, 0 if best.suspects else _ALWAYS)
         if search.best.labels == best.labels:
             break
-        search = _ended(search, search.best)
+        search = _about_best(search)
     return search
 
 
@@ -73,10 +74,10 @@ def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
             search = _less(search, best, suspect)
             rest = search.known(best.labels - {suspect.label})
             assert rest is not None
-            search = _rivals_ended(_decided(_widened(search, rest), best, tell, _ALWAYS), best, rest)
+            search = _rivals_ended(_decided(_widened(search, rest), best, tell, 0), best, rest)
         if search.best.labels == best.labels:
             break
-        search = grown(_ended(search, search.best), tell)
+        search = grown(_about_best(search), tell)
     return search
 
 
@@ -113,6 +114,18 @@ def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         search = _ended(search, best, MOST_PASSES)
 
 
+def _about_best(search: EvidenceSearch) -> EvidenceSearch:
+    """All sets beside what is integrated out about the best one, the same for all; and that one fitted to its end there, lest constants on
+    their way sell what is left of it to whatever is added next."""
+    best, seen = search.best, about(search.seen, search.best.model)
+    fitted = tuple(reweighed(seen, h) for h in search.fitted)
+    search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
+    there = search.known(best.labels)
+    assert there is not None
+    afresh = hypothesis_of(seen, best.suspects, descended(seen, _at_own_constants(search, there).at))
+    return _ended(search, max(there, afresh, key=lambda one: one.log_z), MOST_PASSES)
+
+
 STAGES: tuple[Stage, ...] = (refitted, screened, grown, exchanged, settled)
 
 
@@ -127,8 +140,9 @@ def _widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     own = {s.label for s in suspects}
     of_these = [s for s in signatures if s.suspect.label in own]
     own_constants = _at_own_constants(search, base)
-    alone = base.log_z - own_constants.log_z, base.log_z - followed(search.seen, own_constants).log_z
-    waiting = _promised(search, base, of_these, suspects, (0.0, 0.0)) + _promised(search, own_constants, of_these, suspects, alone)
+    alone = own_constants.log_z, followed(search.seen, own_constants).log_z
+    waiting = _promised(search, base, of_these, suspects, (base.log_z, base.log_z))
+    waiting += _promised(search, own_constants, of_these, suspects, alone)
     return replace(search, waiting=(*search.waiting, *waiting))
 
 
@@ -183,8 +197,10 @@ def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) 
                 break
         rest = tuple(w for w in search.waiting if w is not first)
         done = _refined(search, first)
-        tell(f"  {', '.join(sorted(done.labels))}: {done.log_z - base.log_z:+.1f} (promised {first.log_z - base.log_z:+.1f})")
-        reached = tuple(w for w in rest if w.labels != done.labels or w.log_z > done.log_z)  # from another start it promises no more
+        beside = search.known(first.base.labels)
+        assert beside is not None
+        tell(f"  {', '.join(sorted(done.labels))}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
+        reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
         search = replace(search, waiting=reached, fitted=_with(search.fitted, done))
         in_vain = 0 if search.best.labels != before else in_vain + 1
     if in_vain == _PATIENCE:  # promises that are better than every fit are not believed, and hold no share
@@ -199,7 +215,7 @@ def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
     discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
     point = descended(search.seen, with_columns(search.seen, start, base.at.jacobian, discrepancy))
-    return hypothesis_of(search.seen, (*base.suspects, promise.suspect), point, False)
+    return hypothesis_of(search.seen, (*base.suspects, promise.suspect), point)
 
 
 def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarray]:
@@ -212,7 +228,7 @@ def _fitted(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypoth
     """A part of a fitted set, from where that stood, or there."""
     model, jacobian = _without(search, suspects, start)
     there = with_columns(search.seen, model, jacobian, start.at.discrepancy)
-    both = [hypothesis_of(search.seen, suspects, point, False) for point in (there, descended(search.seen, there))]
+    both = [hypothesis_of(search.seen, suspects, point) for point in (there, descended(search.seen, there))]
     return max(both, key=lambda one: one.log_z)
 
 
@@ -234,7 +250,7 @@ def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypot
 
 def _ended(search: EvidenceSearch, hypothesis: Hypothesis, passes: int = _FEW_PASSES) -> EvidenceSearch:
     """One set taken to its end, or towards it."""
-    _, done = finished(search.seen, hypothesis.suspects, hypothesis.at, passes)
+    done = finished(search.seen, hypothesis.suspects, hypothesis.at, passes)
     better = done if done.log_z >= hypothesis.log_z else replace(hypothesis, ended=True)
     return replace(search, fitted=(*(h for h in search.fitted if h.labels != better.labels), better))
 

@@ -10,7 +10,7 @@ from scipy.stats import norm
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.hypothesis import Hypothesis, Suspect
+from gap.evidence.hypothesis import Hypothesis, Seen, Suspect, about
 from gap.evidence.judge import predictive
 from gap.evidence.posterior import Shares, shares
 from gap.evidence.search_state import EvidenceSearch
@@ -45,12 +45,13 @@ class Said:
 
 def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
-    by_set = {h.labels: predictive(search.seen, h, held) for h in asked(search)}
+    judges = about(Seen(tuple(held), search.seen.scales, ()), search.best.model)
+    by_set = {h.labels: predictive(search.seen, h, judges) for h in asked(search)}
     found = shares(search, by_set)
     likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
     chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
     judged = {
-        "rig file": predictive(search.seen, search.nominal, held, known=True),
+        "rig file": predictive(search.seen, search.nominal, judges, known=True),
         "constants": by_set[search.null.labels],
         "chosen": by_set[chosen.labels],
     }

@@ -16,7 +16,7 @@ import numpy as np
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import MEMORY_S, OTHER_FORM, SPREAD
-from gap.evidence.noise.noise_model import Discrepancy, gram, reduced
+from gap.evidence.noise.noise_model import Discrepancy, reduced
 from gap.evidence.noise.ornstein_uhlenbeck import filter_of, sample_period_s
 from gap.evidence.noise.unknowns import Unknowns
 
@@ -89,7 +89,7 @@ class _Search:
         self._there = [np.isfinite(e.measured) for e in experiments]
         self._period_s = [sample_period_s(e) for e in experiments]
         rows = [np.concatenate([u.states, u.forms, r[None]]) for u, r in zip(unknowns, left, strict=True)]
-        self._by_channel = [[np.ascontiguousarray(own[..., c : c + 1]) for own in rows] for c in range(len(scales))]
+        self._by_channel = [[np.ascontiguousarray(np.moveaxis(own[..., c], 0, -1)) for own in rows] for c in range(len(scales))]
         self._sizes = [len(u.states) for u in unknowns], len(unknowns[0].forms)
         self._scales = scales
         self._longest_s = max(e.plan.rows * e.plan.period_s for e in experiments)
@@ -106,11 +106,13 @@ class _Search:
             self._try(c, sd, MEMORY_S)
 
     def settle(self, steps: Sequence[float]) -> None:
-        """δ and T of every channel, and η, until no step gains anything."""
+        """δ and T of every channel, and η, until no step gains anything. Channels hardly touch each other: one that gained nothing is not
+        asked again."""
         for step in steps:
+            asked = self.moving
             for _ in range(_SWEEPS):
-                gained = [self.improve(c, step) for c in self.moving] + [self.improve_share(step)]
-                if not any(gained):
+                asked = [c for c in asked if self.improve(c, step)]
+                if not self.improve_share(step) and not asked:
                     break
 
     def improve(self, c: int, step: float) -> bool:
@@ -194,7 +196,8 @@ class _Search:
         found = []
         for n, (measured, rows, period_s) in enumerate(zip(self._there, self._by_channel[c], self._period_s, strict=True)):
             made = filter_of(measured[:, :, c : c + 1], there.of_log(n)[:, c : c + 1], there.time_s[c : c + 1], period_s)
-            found.append(_Part(gram(made.by_window((rows,))), made.log_det[:, 0]))
+            white = made.side_by_side(rows)
+            found.append(_Part(np.matmul(white.transpose(0, 2, 1), white), made.log_det[:, 0]))
         return tuple(found)
 
     def _density(self, total: Sequence[Array], there: Discrepancy) -> float:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numba import njit
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
@@ -83,12 +84,33 @@ def reduced(grams: Sequence[Array], states: Sequence[int], forms: int, share: fl
     width = grams[0].shape[1] - states[0]
     total, log_det = np.zeros((width, width)), 0.0
     for whole, n in zip(grams, states, strict=True):
-        root = np.linalg.cholesky(whole[:, :n, :n] + np.eye(n))
-        taken = np.linalg.solve(root, whole[:, :n, n:]).reshape(-1, whole.shape[1] - n)
-        total = total + whole[:, n:, n:].sum(axis=0) - taken.T @ taken
-        log_det += 2.0 * float(np.log(np.diagonal(root, axis1=1, axis2=2)).sum())
+        log_det += _less_own(whole, n, total)
     if not forms:
         return Weighed(total, log_det)
     root = np.linalg.cholesky(share**2 * total[:forms, :forms] + np.eye(forms))
     taken = np.linalg.solve(root, share * total[:forms, forms:])
     return Weighed(total[forms:, forms:] - taken.T @ taken, log_det + 2.0 * float(np.log(np.diag(root)).sum()))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _less_own(grams: Array, states: int, total: Array) -> float:
+    """Adds to `total` what every window's own states leave of its other rows; log|1 + AᵀC⁻¹A| of all windows. A Cholesky factorisation
+    whose columns go on below: what stands there at its end is taken."""
+    windows, numbers, _ = grams.shape
+    log_det = 0.0
+    for w in range(windows):
+        rows = grams[w, :states].copy()
+        for j in range(states):
+            rows[j, j] += 1.0
+        for j in range(states):
+            root = np.sqrt(rows[j, j])
+            log_det += 2.0 * np.log(root)
+            for m in range(j, numbers):
+                rows[j, m] /= root
+            for i in range(j + 1, states):
+                part = rows[j, i]
+                for m in range(i, numbers):
+                    rows[i, m] -= part * rows[j, m]
+        taken = np.ascontiguousarray(rows[:, states:])
+        total += grams[w, states:, states:] - np.dot(taken.T, taken)
+    return log_det

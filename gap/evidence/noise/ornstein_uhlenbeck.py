@@ -42,6 +42,12 @@ class Filter:
             _whiten(np.ascontiguousarray(rows), self.gain, self.root, self.decay, int(first), out)
         return out.reshape(windows, int(ends[-1]), samples * channels)
 
+    def side_by_side(self, rows: Array) -> Array:
+        """C^(−1/2) of many rows of one channel, windows × samples × numbers: as fast as a processor's vectors are wide."""
+        out = np.empty(rows.shape)
+        _whiten_many(rows, self.gain[:, :, 0], self.root[:, :, 0], float(self.decay[0]), out)
+        return out
+
 
 def filter_of(there: NDArray[np.bool_], sd: Array, time_s: Array, period_s: float) -> Filter:
     """`there`: windows × samples × channels, what was measured. `sd`: δ in units of the white noise, windows × channels, or one a channel;
@@ -87,3 +93,17 @@ def _whiten(rows: Array, gain: Array, root: Array, decay: Array, first: int, out
                     innovation = rows[k, w, i, c] - mean[c]
                     out[w, first + k, i, c] = innovation * root[w, i, c]
                     mean[c] = (mean[c] + gain[w, i, c] * innovation) * decay[c]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _whiten_many(rows: Array, gain: Array, root: Array, decay: float, out: Array) -> None:
+    windows, samples, numbers = rows.shape
+    mean = np.empty(numbers)
+    for w in range(windows):
+        mean[:] = 0.0
+        for i in range(samples):
+            kept, scale = gain[w, i], root[w, i]
+            for k in range(numbers):
+                innovation = rows[w, i, k] - mean[k]
+                out[w, i, k] = innovation * scale
+                mean[k] = (mean[k] + kept * innovation) * decay

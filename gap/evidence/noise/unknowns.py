@@ -29,10 +29,9 @@ class Unknowns:
     forms: Array
 
 
-def linearised(experiments: Sequence[Experiment], p: Vector) -> tuple[tuple[Array, ...], tuple[Unknowns, ...]]:
-    """Readings of every log with the parameters `p`, and what they hang on there."""
-    found = [_of_log(e, p) for e in experiments]
-    return tuple(readings for readings, _ in found), tuple(unknowns for _, unknowns in found)
+def unknowns_of(experiments: Sequence[Experiment], p: Vector) -> tuple[Unknowns, ...]:
+    """What readings of every log hang on with the parameters `p`."""
+    return tuple(_of_log(e, p) for e in experiments)
 
 
 def in_noise(experiment: Experiment, columns: Array) -> Array:
@@ -41,13 +40,13 @@ def in_noise(experiment: Experiment, columns: Array) -> Array:
     return np.divide(columns, experiment.sigma, out=np.zeros(columns.shape), where=there)
 
 
-def _of_log(experiment: Experiment, p: Vector) -> tuple[Array, Unknowns]:
+def _of_log(experiment: Experiment, p: Vector) -> Unknowns:
     readings, projection = marginalised_readings(experiment, p, drawn_at_start(p))
     a = projection.sensitivity * start_widths(p, experiment)  # windows × values × states
     states = np.ascontiguousarray(a.transpose(2, 0, 1)).reshape(a.shape[2], *experiment.measured.shape)
     changes = repeated_changes(experiment, p, readings)
     forms = in_noise(experiment, np.stack(changes)) if changes else np.empty((0, *readings.shape))
-    return readings, Unknowns(states, forms)
+    return Unknowns(states, forms)
 
 
 def start_widths(p: Vector, experiment: Experiment) -> Array:

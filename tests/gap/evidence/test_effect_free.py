@@ -12,7 +12,7 @@ from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
 from gap.evidence.changed import changeable
 from gap.evidence.noise.repeated import SLOW, WAYS
-from gap.evidence.noise.unknowns import linearised
+from gap.evidence.noise.unknowns import unknowns_of
 from gap.evidence.opening import opening
 from gap.evidence.posterior import shares
 from gap.evidence.screening import Screen, signatures_of
@@ -71,7 +71,7 @@ def test_friction_that_yields_in_several_places_is_no_effect(tmp_path: Path, see
     """The rig file has a bristle; the machine, of other code, four elements that break away after 20 to 600 um."""
     search, _ = opened(tmp_path, rig_file(), [maxwell_axis(seed + k, 8.0) for k in (0, 1)])
     done = searched(search)
-    assert done.null.at.unknowns[0].forms.shape[0] == WAYS - 1 + len(SLOW)
+    assert done.seen.unknowns[0].forms.shape[0] == WAYS - 1 + len(SLOW)
     assert np.any(done.null.at.discrepancy.of_log(0) > 1.0)  # there is something to be taken in by
     assert shares(done).none > 0.5
 
@@ -94,5 +94,5 @@ def test_a_start_is_as_uncertain_as_its_readings(tmp_path: Path) -> None:
     search, _ = opened(tmp_path, loaded, [axis_logs.simulated(loaded.rig, 31 + k, 4.0) for k in (0, 1)])
     small = loaded.text.replace("  effects:\n", "  effects:\n    - {effect: sensor_scale, where: sensor:axis.position, factor: 0.8}\n", 1)
     vectors = [quiet(Parameters(rig)) for rig in (loaded.rig, rig_from_text(small))]
-    true, scaled = (linearised(search.seen.experiments, p)[1][0].states for p in vectors)
+    true, scaled = (unknowns_of(search.seen.experiments, p)[0].states for p in vectors)
     np.testing.assert_allclose(scaled[:, :, 0], true[:, :, 0], rtol=1e-3, atol=1e-3)  # the first sample is the start itself
