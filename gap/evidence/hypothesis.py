@@ -12,8 +12,8 @@ from gap.data.windows import Experiment
 from gap.evidence.changed import Changed
 from gap.evidence.coordinates import phi_of
 from gap.evidence.laplace import log_evidence
-from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior
-from gap.evidence.noise.noise_model import Discrepancy, weighed
+from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior, log_prior_of_times
+from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
 from gap.evidence.noise.unknowns import Unknowns, unknowns_of
 from gap.evidence.prior import prior_of
 from gap.fitting.model import Model
@@ -59,12 +59,14 @@ class Posterior:
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """A set of suspects with its model; `ended`: whether the fit has been taken to its end with sensitivities of its own."""
+    """A set of suspects with its model; `windows`: what each window says of it, ln p, one log after the other; `ended`: whether the fit has
+    been taken to its end with sensitivities of its own."""
 
     suspects: tuple[Suspect, ...]
     at: Point
     log_z: float
-    ended: bool
+    windows: Array
+    ended: bool = False
 
     @property
     def labels(self) -> frozenset[str]:
@@ -86,8 +88,15 @@ def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
     """A fitted set as it is, beside what is integrated out now."""
     vector = hypothesis.model.vector()
     point = replace(hypothesis.at, readings=tuple(simulate(e, [vector])[0] for e in seen.experiments))
-    point = replace(point, discrepancy=rediscovered(seen, point, None, False))
-    return replace(hypothesis, at=point, log_z=evidence(posterior(seen, point), point.model))
+    point = replace(point, discrepancy=rediscovered(seen, point))
+    return replace(hypothesis_at(seen, hypothesis.suspects, point), ended=hypothesis.ended)
+
+
+def hypothesis_at(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hypothesis:
+    """A set at a point, its evidence and what every window adds to that."""
+    windows = by_window(seen.experiments, seen.unknowns, seen.left(point.readings), point.discrepancy)
+    log_z = evidence(posterior(seen, point), point.model)
+    return Hypothesis(suspects, point, log_z, windows + log_prior_of_times(point.discrepancy))
 
 
 def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> Posterior:
@@ -96,8 +105,19 @@ def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> 
     rows = [np.concatenate([r[None], j]) for r, j in zip(left, point.jacobian, strict=True)]
     found = weighed(seen.experiments, seen.unknowns, rows, point.discrepancy)
     prior, phi = prior_of(point.model), phi_of(point.model)
-    density = prior.log_density(phi) + log_prior(point.discrepancy, seen.scales) - 0.5 * (float(found.inner[0, 0]) + found.log_det)
-    return Posterior(found.inner[1:, 1:] + np.diag(prior.precision), found.inner[1:, 0] - prior.precision * phi, density)
+    precision, slope = found.inner[1:, 1:] + np.diag(prior.precision), found.inner[1:, 0] - prior.precision * phi
+    return Posterior(precision, slope, _density(seen, point, found))
+
+
+def log_density(seen: Seen, point: Point) -> float:
+    """ln p(y, φ) at a point."""
+    found = weighed(seen.experiments, seen.unknowns, [r[None] for r in seen.left(point.readings)], point.discrepancy)
+    return _density(seen, point, found)
+
+
+def _density(seen: Seen, point: Point, found: Weighed) -> float:
+    prior = prior_of(point.model).log_density(phi_of(point.model)) + log_prior(point.discrepancy, seen.scales)
+    return prior - 0.5 * (float(found.inner[0, 0]) + found.log_det)
 
 
 def evidence(at: Posterior, model: Model) -> float:

@@ -20,16 +20,17 @@ from gap.evidence.noise.unknowns import in_noise
 from gap.fitting.simulate import simulate
 
 
-def predictive(seen: Seen, hypothesis: Hypothesis, held: Seen, known: bool = False) -> float:
-    """ln p(held | fitted logs), without constants that every hypothesis shares. `held`: the logs that judge, with what is integrated out
-    there the same for every hypothesis. `known`: nothing of the model is unsure."""
+def predictive(seen: Seen, hypothesis: Hypothesis, held: Seen, known: bool = False) -> Array:
+    """ln p(held | fitted logs) without constants that every hypothesis shares: of every window, such that the sum is that of them all.
+    `held`: the logs that judge, with what is integrated out there the same for every set. `known`: nothing of the model is unsure."""
     at, vector = hypothesis.at, hypothesis.model.vector()
     readings = tuple(simulate(e, [vector])[0] for e in held.experiments)
     shared = [at.discrepancy.share * u.forms for u in held.unknowns]
     if not known and at.model.free:
         shared = [np.concatenate(pair) for pair in zip(shared, _unsure(seen, at, held.experiments, readings), strict=True)]
     wide = [replace(u, forms=forms) for u, forms in zip(held.unknowns, shared, strict=True)]
-    return weighed_windows(held.experiments, held.left(readings), wide, held.scales, replace(at.discrepancy, share=1.0))[1]
+    _, whole, windows = weighed_windows(held.experiments, held.left(readings), wide, held.scales, replace(at.discrepancy, share=1.0))
+    return np.asarray(windows + (whole - windows.sum()) / len(windows))
 
 
 def _unsure(seen: Seen, at: Point, held: Sequence[Experiment], readings: Sequence[Array]) -> list[Array]:

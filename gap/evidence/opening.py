@@ -12,7 +12,7 @@ from gap.data.strata import chosen
 from gap.data.windows import Experiment, velocities
 from gap.evidence.changed import changeable
 from gap.evidence.deciding_numbers import EXPECTED, HONEST, LEAST_DISCREPANCY, MEMORY_S, OTHER_FORM
-from gap.evidence.hypothesis import Hypothesis, Seen, about, evidence, posterior
+from gap.evidence.hypothesis import Seen, about, hypothesis_at
 from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.refinement import opened
@@ -31,7 +31,7 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     scales = np.maximum(HONEST * swings(experiments), LEAST_DISCREPANCY)
     seen = about(Seen(few, scales, ()), model)
     point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))
-    nominal = Hypothesis((), point, evidence(posterior(seen, point), model), False)
+    nominal = hypothesis_at(seen, (), point)
     count = len(candidates(rig, channels)) + len(changeable(rig, free))
     return EvidenceSearch(rig, channels, seen, nominal, (), (), (), -float(np.log(max(count / EXPECTED - 1.0, 1.0))))
 

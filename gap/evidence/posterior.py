@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import logsumexp
 
+from gap.data.measured import Array
+from gap.evidence.bootstrap import Weight, bootstrapped
 from gap.evidence.deciding_numbers import ALIKE_MASS
 from gap.evidence.search_state import EvidenceSearch
 
@@ -43,14 +44,20 @@ class Shares:
         return found
 
 
-def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], float] | None = None) -> Shares:
-    """Over all sets met, those that only wait with what they promise. `judged`: ln p of the hold-out, set by set, the best set among them:
-    sets that were not judged are taken to predict as it does."""
-    judged = judged or {search.best.labels: 0.0}
+def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Array] | None = None) -> Shares:
+    """Over all sets met, those that only wait with what they promise. `judged`: ln p of every window of the hold-out, set by set, the best
+    set among them: sets that were not judged are taken to predict as it does."""
+    judged = judged or {search.best.labels: np.empty(0)}
     usual = judged[search.best.labels]
-    logs = {h.labels: search.log_mass(h) + judged.get(h.labels, usual) - usual for h in search.fitted}
-    for waiting in search.waiting:
-        if search.known(waiting.labels) is None:
-            logs[waiting.labels] = max(logs.get(waiting.labels, -np.inf), search.log_hope(waiting))
-    total = logsumexp(list(logs.values()))
-    return Shares({labels: float(np.exp(value - total)) for labels, value in logs.items()})
+    found = {h.labels: _with(search.weight(h), judged.get(h.labels, usual)) for h in search.fitted}
+    promised: dict[frozenset[str], Weight] = {}
+    for waiting in sorted(search.waiting, key=search.log_hope):
+        if waiting.labels not in found:
+            promised[waiting.labels] = replace(found[waiting.base.labels], log_mass=search.log_hope(waiting) + float(usual.sum()))
+    every = found | promised
+    return Shares(dict(zip(every, bootstrapped(list(every.values())), strict=True)))
+
+
+def _with(weight: Weight, held: Array) -> Weight:
+    """A set's weight with what the hold-out says."""
+    return Weight(weight.log_mass + float(held.sum()), np.concatenate([weight.windows, held]))

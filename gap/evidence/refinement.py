@@ -13,8 +13,7 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.evidence.coordinates import magnitudes, phi_of, slopes, theta_of
-from gap.evidence.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, evidence, posterior, rediscovered
-from gap.evidence.noise.discrepancy import log_prior
+from gap.evidence.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
 from gap.evidence.noise.noise_model import Discrepancy, weighed
 from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.prior import prior_of
@@ -57,10 +56,10 @@ def by_magnitude(seen: Seen, point: Point) -> Point:
     """The point with every number of which only the magnitude is known at the best of several magnitudes, one number after the other: no
     straight line leads from a soft contact to a stiff one."""
     point = _with_discrepancy(seen, point, True)
-    value = _log_density(seen, point)
+    value = log_density(seen, point)
     for k in magnitudes(point.model):
-        tried = _with_discrepancy(seen, max(_of_magnitudes(seen, point, k), key=lambda one: _log_density(seen, one)), True)
-        gained = _log_density(seen, tried) - value
+        tried = _with_discrepancy(seen, max(_of_magnitudes(seen, point, k), key=lambda one: log_density(seen, one)), True)
+        gained = log_density(seen, tried) - value
         if gained > 0.0:
             point, value = tried, value + gained
     return point
@@ -78,17 +77,9 @@ def _of_magnitudes(seen: Seen, point: Point, number: int) -> list[Point]:
     return found
 
 
-def _log_density(seen: Seen, point: Point) -> float:
-    """ln p(y, φ) with Σ as it is."""
-    found = weighed(seen.experiments, seen.unknowns, [r[None] for r in seen.left(point.readings)], point.discrepancy)
-    prior = prior_of(point.model).log_density(phi_of(point.model)) + log_prior(point.discrepancy, seen.scales)
-    return prior - 0.5 * (float(found.inner[0, 0]) + found.log_det)
-
-
-def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point, ended: bool = False) -> Hypothesis:
-    """The evidence at a point, the discrepancy looked for in the whole of its range."""
-    point = _with_discrepancy(seen, point, False)
-    return Hypothesis(suspects, point, evidence(posterior(seen, point), point.model), ended)
+def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hypothesis:
+    """A set at a point, the discrepancy looked for in the whole of its range."""
+    return hypothesis_at(seen, suspects, _with_discrepancy(seen, point, False))
 
 
 def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> Hypothesis:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from config.schema.rig import Rig
+from gap.evidence.bootstrap import Weight, bootstrapped
 from gap.evidence.changed import changeable
 from gap.evidence.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.lines import StraightFit
@@ -50,13 +53,18 @@ class EvidenceSearch:
 
     @property
     def best(self) -> Hypothesis:
-        """The set with the most posterior mass."""
-        return max(self.fitted, key=self.log_mass)
+        """The set with the largest share of the posterior."""
+        shares = bootstrapped([self.weight(h) for h in self.fitted])
+        return self.fitted[int(np.argmax(shares))]
 
     @property
     def null(self) -> Hypothesis:
         """The set of none."""
         return next(h for h in self.fitted if not h.suspects)
+
+    def weight(self, hypothesis: Hypothesis) -> Weight:
+        """Of a fitted set, by the logs that are fitted."""
+        return Weight(self.log_mass(hypothesis), hypothesis.windows)
 
     def log_mass(self, hypothesis: Hypothesis) -> float:
         """ln π(S) Z of a fitted set, up to what all sets share."""

@@ -9,17 +9,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from gap.evidence.changed import Changed
 from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
-from gap.evidence.hypothesis import Hypothesis, Suspect, about, evidence, posterior, reweighed
-from gap.evidence.lines import StraightFit, followed
+from gap.evidence.hypothesis import Hypothesis, Suspect, about, reweighed
+from gap.evidence.promises import at_own_constants, widened
 from gap.evidence.refinement import MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
-from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
+from gap.evidence.screening import signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open
 from gap.fitting.model import Model
 from gap.signatures.candidates import Candidate
@@ -27,7 +27,6 @@ from gap.signatures.candidates import Candidate
 Tell = Callable[[str], None]
 Stage = Callable[[EvidenceSearch, Tell], EvidenceSearch]
 
-_FOLLOWED = 6  # best promises of a screening that are followed along straight lines
 _FEW_PASSES = 2  # of a fit whose sensitivities are taken anew, before it is known that it is worth more
 _ROUNDS, _WORTH = 4, 1.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
@@ -59,7 +58,7 @@ def grown(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
     """One suspect more, as long as the posterior grows with it."""
     while len(search.best.suspects) < MOST_EFFECTS:
         best = search.best
-        search = _decided(_widened(search, best), best, tell, 0 if best.suspects else _ALWAYS)
+        search = _decided(widened(search, best), best, tell, 0 if best.suspects else _ALWAYS)
         if search.best.labels == best.labels:
             break
         search = _about_best(search)
@@ -74,7 +73,7 @@ def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
             search = _less(search, best, suspect)
             rest = search.known(best.labels - {suspect.label})
             assert rest is not None
-            search = _rivals_ended(_decided(_widened(search, rest), best, tell, 0), best, rest)
+            search = _rivals_ended(_decided(widened(search, rest), best, tell, 0), best, rest)
         if search.best.labels == best.labels:
             break
         search = grown(_about_best(search), tell)
@@ -103,7 +102,8 @@ def _rivals_ended(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) ->
 
 
 def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
-    """Every set that holds a share of the posterior fitted with sensitivities of its own."""
+    """Every set that holds a share of the posterior fitted with sensitivities of its own, and what it has beyond any of its suspects from
+    there as well."""
     while True:
         top = search.log_mass(search.best)
         unsure = [h for h in search.fitted if not h.ended and search.log_mass(h) > top + NEGLIGIBLE]
@@ -112,6 +112,10 @@ def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         best = max(unsure, key=search.log_mass)
         tell(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
         search = _ended(search, best, MOST_PASSES)
+        done = search.known(best.labels)
+        assert done is not None
+        for suspect in done.suspects:
+            search = _less(search, done, suspect)
 
 
 def _about_best(search: EvidenceSearch) -> EvidenceSearch:
@@ -122,66 +126,11 @@ def _about_best(search: EvidenceSearch) -> EvidenceSearch:
     search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = search.known(best.labels)
     assert there is not None
-    afresh = hypothesis_of(seen, best.suspects, descended(seen, _at_own_constants(search, there).at))
+    afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(search, there).at))
     return _ended(search, max(there, afresh, key=lambda one: one.log_z), MOST_PASSES)
 
 
 STAGES: tuple[Stage, ...] = (refitted, screened, grown, exchanged, settled)
-
-
-def _widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
-    """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
-    present = {h.labels for h in search.fitted} | {w.labels for w in search.waiting}
-    suspects = [s for s in _beside(search, base) if base.labels | {s.label} not in present]
-    known = {s.suspect.label for s in search.signatures}
-    new = [s for s in suspects if isinstance(s, Candidate) and s.label not in known]
-    signatures = [*search.signatures, *(signatures_of(search.seen, base, new) if new else [])]
-    search = replace(search, signatures=tuple(signatures))
-    own = {s.label for s in suspects}
-    of_these = [s for s in signatures if s.suspect.label in own]
-    own_constants = _at_own_constants(search, base)
-    alone = own_constants.log_z, followed(search.seen, own_constants).log_z
-    waiting = _promised(search, base, of_these, suspects, (base.log_z, base.log_z))
-    waiting += _promised(search, own_constants, of_these, suspects, alone)
-    return replace(search, waiting=(*search.waiting, *waiting))
-
-
-def _promised(
-    search: EvidenceSearch,
-    start: Hypothesis,
-    signatures: Sequence[LinearSignature],
-    suspects: Sequence[Suspect],
-    alone: tuple[float, float],
-) -> list[Open]:
-    """What every suspect promises beside one start; the best promises followed along straight lines. `alone`: as in Open."""
-    screen = Screen(search.seen, start, signatures)
-    promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]
-    best: dict[str, Promise] = {}
-    for promise in sorted(promises, key=lambda p: p.log_z):
-        best[promise.suspect.label] = promise
-    ranked = sorted(best.values(), key=lambda p: -p.log_z)
-    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None, alone) for n, p in enumerate(ranked)]
-
-
-def _at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
-    """The set with the rig file's own constants, the suspects as fitted: where a missing effect has torn constants away, straight lines
-    from there lead nowhere."""
-    if not base.suspects:
-        return search.nominal
-    point = with_columns(search.seen, base.model.with_own_constants(), _own_columns(search, base), base.at.discrepancy)
-    return Hypothesis(base.suspects, point, evidence(posterior(search.seen, point), point.model), False)
-
-
-def _beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
-    """What may be added to a set: not what it has; nor an effect and the change of a number that is the same."""
-    at = replace(search, fitted=(base,))
-    return [s for s in at.suspects() if s.label not in base.labels]
-
-
-def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) -> StraightFit | None:
-    if promise.signature is not None and not promise.signature.suspect.free:
-        return None
-    return followed(search.seen, start, promise)
 
 
 def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) -> EvidenceSearch:
@@ -216,12 +165,6 @@ def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
     point = descended(search.seen, with_columns(search.seen, start, base.at.jacobian, discrepancy))
     return hypothesis_of(search.seen, (*base.suspects, promise.suspect), point)
-
-
-def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarray]:
-    """Sensitivities about the rig file's own constants, with those of the set's effects as they are."""
-    constants = len(search.nominal.model.free)
-    return [np.concatenate([own, j[constants:]]) for own, j in zip(search.nominal.at.jacobian, base.at.jacobian, strict=True)]
 
 
 def _fitted(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> Hypothesis:

@@ -51,9 +51,9 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
     chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
     judged = {
-        "rig file": predictive(search.seen, search.nominal, judges, known=True),
-        "constants": by_set[search.null.labels],
-        "chosen": by_set[chosen.labels],
+        "rig file": float(predictive(search.seen, search.nominal, judges, known=True).sum()),
+        "constants": float(by_set[search.null.labels].sum()),
+        "chosen": float(by_set[chosen.labels].sum()),
     }
     names = tuple(_name(found, chosen, s, judged["chosen"] > judged["constants"]) for s in chosen.suspects)
     word, why = _of_names(names, judged) if names else _of_none(search, found, judged, channels)

@@ -16,7 +16,7 @@ import numpy as np
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import MEMORY_S, OTHER_FORM, SPREAD
-from gap.evidence.noise.noise_model import Discrepancy, reduced
+from gap.evidence.noise.noise_model import Discrepancy, by_window, likeliest_shares, reduced, window_densities
 from gap.evidence.noise.ornstein_uhlenbeck import filter_of, sample_period_s
 from gap.evidence.noise.unknowns import Unknowns
 
@@ -65,12 +65,13 @@ def fitted_discrepancy(
 
 def weighed_windows(
     experiments: Sequence[Experiment], left: Sequence[Array], unknowns: Sequence[Unknowns], scales: Array, start: Discrepancy
-) -> tuple[Discrepancy, float]:
-    """For other logs, with δ, T and η as they are: the likeliest times of every window, and ln p of the logs with them."""
+) -> tuple[Discrepancy, float, Array]:
+    """For other logs, with δ, T and η as they are: the likeliest times of every window, ln p of the logs with them, and of every window."""
     search = _Search(experiments, left, unknowns, scales, replace(start, times=()))
     for c in search.moving * _ROUNDS:
         search.weigh_windows(c)
-    return search.found, search.value - log_prior(replace(search.found, times=()), scales)
+    windows = by_window(experiments, unknowns, left, search.found) + log_prior_of_times(search.found)
+    return search.found, search.value - log_prior(replace(search.found, times=()), scales), windows
 
 
 def log_prior(discrepancy: Discrepancy, scales: Array) -> float:
@@ -79,6 +80,11 @@ def log_prior(discrepancy: Discrepancy, scales: Array) -> float:
     sizes = np.append(discrepancy.sd / scales, discrepancy.share / OTHER_FORM)
     windows = sum(float(np.sum(np.log(times) ** 2)) for times in discrepancy.times) / SPREAD**2
     return float(-0.5 * np.sum(sizes**2) - 0.5 * np.sum(away**2)) - 0.5 * windows
+
+
+def log_prior_of_times(discrepancy: Discrepancy) -> Array:
+    """ln p(ln s) of every window, one log after the other."""
+    return np.concatenate([-0.5 * np.sum(np.log(times) ** 2, axis=1) for times in discrepancy.times]) / SPREAD**2
 
 
 class _Search:
@@ -146,12 +152,12 @@ class _Search:
         options = [tuple(np.clip(s * t, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
         with ThreadPoolExecutor(self._workers) as pool:
             tries = list(pool.map(lambda times: self._of_channel(c, replace(self.found, times=times)), options))
-        shared = np.append(-self._likeliest_shares(), 1.0)
+        rest = np.append(-likeliest_shares(self._total, *self._sizes, self.found.share), 1.0)
         found = [t.copy() for t in now]
         for n, (total, own) in enumerate(zip(self._total, self._parts[c], strict=True)):
             others = total - own.grams
             offered = np.stack([times[n][:, c] for times in options])
-            values = np.stack([_of_windows(others + one[n].grams, self._sizes[0][n], shared) - 0.5 * one[n].log_det for one in tries])
+            values = np.stack([window_densities(others + one[n].grams, self._sizes[0][n], rest) - 0.5 * one[n].log_det for one in tries])
             values -= 0.5 * (np.log(offered) / SPREAD) ** 2
             found[n][:, c] = np.take_along_axis(offered, np.argmax(values, axis=0)[None], axis=0)[0]
         self._accept(c, self._about_one(c, found))
@@ -164,13 +170,6 @@ class _Search:
         for t in times:
             t[:, c] *= self.found.sd[c] / sd[c]
         return replace(self.found, sd=sd, times=tuple(times))
-
-    def _likeliest_shares(self) -> Array:
-        """The shares that the residuals would have most probably, with η as it is."""
-        forms, share = self._sizes[1], self.found.share
-        inner = reduced(self._total, self._sizes[0], 0, share).inner
-        precision = inner[:forms, :forms] + np.eye(forms) / share**2
-        return np.asarray(np.linalg.solve(precision, inner[:forms, forms]))
 
     def _try(self, c: int, sd: float, time_s: float) -> bool:
         there = replace(self.found, sd=self.found.sd.copy(), time_s=self.found.time_s.copy())
@@ -209,11 +208,3 @@ class _Search:
 def _alike(now: Sequence[Array]) -> list[tuple[Array, ...]]:
     """All windows with the same times, as often as there are."""
     return [tuple(np.full_like(t, s) for t in now) for s in _TIMES]
-
-
-def _of_windows(grams: Array, states: int, shared: Array) -> Array:
-    """ln p of every window's residual, its own start marginalised; `shared`: what of the other rows, the residual last, is left."""
-    root = np.linalg.cholesky(grams[:, :states, :states] + np.eye(states))
-    taken = np.linalg.solve(root, (grams[:, :states, states:] @ shared)[..., None])[..., 0]
-    squares = np.einsum("i,wij,j->w", shared, grams[:, states:, states:], shared) - np.sum(taken**2, axis=1)
-    return np.asarray(-0.5 * squares - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1))

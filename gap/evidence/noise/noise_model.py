@@ -62,6 +62,35 @@ def weighed(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], row
     return Weighed(found.inner, found.log_det + logs)
 
 
+def by_window(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], left: Sequence[Array], discrepancy: Discrepancy) -> Array:
+    """ln p of the residuals `left` in every window, one log after the other, with the likeliest shares of other friction; without the
+    −½ ln 2π of the readings."""
+    logs, grams = [], []
+    for n, (e, known, own) in enumerate(zip(experiments, unknowns, left, strict=True)):
+        made = filter_of(np.isfinite(e.measured), discrepancy.of_log(n), discrepancy.time_s, sample_period_s(e))
+        grams.append(side_by_side(made, (known.states, known.forms, own[None]), e.workers))
+        logs.append(made.log_det.sum(axis=1))
+    states, forms = [len(u.states) for u in unknowns], len(unknowns[0].forms)
+    rest = np.append(-likeliest_shares(grams, states, forms, discrepancy.share), 1.0)
+    return np.concatenate([window_densities(g, n, rest) - 0.5 * d for g, n, d in zip(grams, states, logs, strict=True)])
+
+
+def likeliest_shares(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Array:
+    """The shares of other friction that the residuals, the last rows, would have most probably; of the scale η `share`."""
+    inner = reduced(grams, states, 0, share).inner
+    precision = inner[:forms, :forms] + np.eye(forms) / share**2
+    return np.asarray(np.linalg.solve(precision, inner[:forms, forms]))
+
+
+def window_densities(grams: Array, states: int, rest: Array) -> Array:
+    """ln p of every window's residual, its own start marginalised, without −½ log|C|; `rest`: what of the other rows, the residual last, is
+    left."""
+    root = np.linalg.cholesky(grams[:, :states, :states] + np.eye(states))
+    taken = np.linalg.solve(root, (grams[:, :states, states:] @ rest)[..., None])[..., 0]
+    squares = np.einsum("i,wij,j->w", rest, grams[:, states:, states:], rest) - np.sum(taken**2, axis=1)
+    return np.asarray(-0.5 * squares - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1))
+
+
 def side_by_side(made: Filter, rows: Sequence[Array], workers: int) -> Array:
     """Inner products of the whitened rows of every window, a share of the windows on every thread."""
     cuts = np.linspace(0, len(made.gain), max(workers, 1) + 1).astype(int)

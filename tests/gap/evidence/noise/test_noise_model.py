@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
+from scipy.stats import multivariate_normal
 
 from gap.evidence.noise.discrepancy import fitted_discrepancy, weighed_windows
-from gap.evidence.noise.noise_model import Discrepancy, weighed
+from gap.evidence.noise.noise_model import Discrepancy, by_window, weighed
 from gap.evidence.noise.ornstein_uhlenbeck import filter_of
 from gap.evidence.noise.unknowns import Unknowns
 
@@ -119,6 +120,27 @@ def test_windows_with_a_discrepancy_of_their_own_size_against_dense_matrices() -
     assert made.log_det == pytest.approx(logs)
 
 
+def test_what_windows_say_one_by_one_against_dense_matrices() -> None:
+    """Two logs, nothing shared: each window's ln p by itself. With shared forms that nothing speaks for it is the same."""
+    draw = np.random.default_rng(17)
+    logs, known = zip(*(log(draw) for _ in range(2)), strict=True)
+    left = [np.where(np.isfinite(e.measured), draw.normal(size=e.measured.shape), 0.0) for e in logs]
+    times = tuple(np.exp(draw.normal(size=(5, 2))) for _ in logs)
+    discrepancy = Discrepancy(np.array([0.8, 3.0]), np.array([0.03, 0.006]), 1e-6, times)
+    expected = []
+    for e, unknowns, r, own in zip(logs, known, left, times, strict=True):
+        for w in range(5):
+            there, full = np.isfinite(e.measured[w]), np.zeros((40, 40))
+            for c in range(2):
+                at = 2 * np.flatnonzero(there[:, c]) + c
+                full[np.ix_(at, at)] = dense(there[:, c], float(discrepancy.sd[c] * own[w, c]), float(discrepancy.time_s[c]))
+            a, keep = unknowns.states[:, w].reshape(3, 40), there.ravel()
+            zero = np.zeros(int(keep.sum()))
+            of_window = multivariate_normal(zero, (full + a.T @ a)[np.ix_(keep, keep)])
+            expected.append(of_window.logpdf(r[w].ravel()[keep]) + 0.5 * keep.sum() * np.log(2.0 * np.pi))
+    np.testing.assert_allclose(by_window(logs, known, left, discrepancy), expected, atol=1e-6)
+
+
 def test_a_window_that_is_far_off_is_told_from_the_others() -> None:
     """One of 40 windows is drawn with thirty times the discrepancy; δ stays that of the others."""
     draw = np.random.default_rng(13)
@@ -130,7 +152,7 @@ def test_a_window_that_is_far_off_is_told_from_the_others() -> None:
     assert found.sd[0] == pytest.approx(1.0, rel=0.25)
     assert found.times[0][17, 0] > 7.0
     assert np.median(found.times[0]) == pytest.approx(1.0, rel=0.2)
-    other, log_p = weighed_windows([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), replace(found, times=()))
+    other, log_p, _ = weighed_windows([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), replace(found, times=()))
     assert other.times[0][17, 0] > 7.0
     plain = weighed([cast(Any, Log(left, np.ones(1)))], [none], [left[None]], replace(found, times=()))
     assert log_p > 20.0 - 0.5 * (float(plain.inner[0, 0]) + plain.log_det)

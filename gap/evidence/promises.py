@@ -1,0 +1,83 @@
+"""What every set and one suspect more promises: beside the fitted constants and beside the rig file's own, the best along straight lines.
+
+Where a missing effect has torn the constants away, straight lines from there lead nowhere; where the rig file's own are far off, those from
+there do. So each set waits with a promise from both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gap.evidence.changed import Changed
+from gap.evidence.hypothesis import Hypothesis, Suspect, hypothesis_at
+from gap.evidence.lines import StraightFit, followed
+from gap.evidence.refinement import with_columns
+from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of
+from gap.evidence.search_state import EvidenceSearch, Open
+from gap.signatures.candidates import Candidate
+
+_FOLLOWED = 6  # best promises of a screening that are followed along straight lines
+
+
+def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
+    """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
+    present = {h.labels for h in search.fitted} | {w.labels for w in search.waiting}
+    suspects = [s for s in _beside(search, base) if base.labels | {s.label} not in present]
+    known = {s.suspect.label for s in search.signatures}
+    new = [s for s in suspects if isinstance(s, Candidate) and s.label not in known]
+    signatures = [*search.signatures, *(signatures_of(search.seen, base, new) if new else [])]
+    search = replace(search, signatures=tuple(signatures))
+    own = {s.label for s in suspects}
+    of_these = [s for s in signatures if s.suspect.label in own]
+    own_constants = at_own_constants(search, base)
+    alone = own_constants.log_z, followed(search.seen, own_constants).log_z
+    waiting = _promised(search, base, of_these, suspects, (base.log_z, base.log_z))
+    waiting += _promised(search, own_constants, of_these, suspects, alone)
+    return replace(search, waiting=(*search.waiting, *waiting))
+
+
+def _promised(
+    search: EvidenceSearch,
+    start: Hypothesis,
+    signatures: Sequence[LinearSignature],
+    suspects: Sequence[Suspect],
+    alone: tuple[float, float],
+) -> list[Open]:
+    """What every suspect promises beside one start; the best promises followed along straight lines. `alone`: as in Open."""
+    screen = Screen(search.seen, start, signatures)
+    promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]
+    best: dict[str, Promise] = {}
+    for promise in sorted(promises, key=lambda p: p.log_z):
+        best[promise.suspect.label] = promise
+    ranked = sorted(best.values(), key=lambda p: -p.log_z)
+    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None, alone) for n, p in enumerate(ranked)]
+
+
+def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
+    """The set with the rig file's own constants, the suspects as fitted: where a missing effect has torn constants away, straight lines
+    from there lead nowhere."""
+    if not base.suspects:
+        return search.nominal
+    point = with_columns(search.seen, base.model.with_own_constants(), _own_columns(search, base), base.at.discrepancy)
+    return hypothesis_at(search.seen, base.suspects, point)
+
+
+def _beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
+    """What may be added to a set: not what it has; nor an effect and the change of a number that is the same."""
+    at = replace(search, fitted=(base,))
+    return [s for s in at.suspects() if s.label not in base.labels]
+
+
+def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) -> StraightFit | None:
+    if promise.signature is not None and not promise.signature.suspect.free:
+        return None
+    return followed(search.seen, start, promise)
+
+
+def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarray]:
+    """Sensitivities about the rig file's own constants, with those of the set's effects as they are."""
+    constants = len(search.nominal.model.free)
+    return [np.concatenate([own, j[constants:]]) for own, j in zip(search.nominal.at.jacobian, base.at.jacobian, strict=True)]
