@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.changed import Changed
 from gap.evidence.coordinates import phi_of
+from gap.evidence.deciding_numbers import CONFIRMED
 from gap.evidence.laplace import log_evidence
 from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior, log_prior_of_times
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
@@ -97,6 +99,13 @@ def hypothesis_at(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hy
     windows = by_window(seen.experiments, seen.unknowns, seen.left(point.readings), point.discrepancy)
     log_z = evidence(posterior(seen, point), point.model)
     return Hypothesis(suspects, point, log_z, windows + log_prior_of_times(point.discrepancy))
+
+
+def beyond(seen: Seen, hypothesis: Hypothesis) -> Array:
+    """Of every channel whose discrepancy is larger than what CONFIRMED of honest models leave, how many times its scale; else 0."""
+    most = float(norm.ppf(0.5 + 0.5 * CONFIRMED))  # of a half-normal
+    ratio = hypothesis.at.discrepancy.sd / seen.scales
+    return np.where(ratio > most, ratio, 0.0)
 
 
 def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> Posterior:

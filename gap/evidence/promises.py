@@ -14,9 +14,9 @@ import numpy as np
 from gap.evidence.changed import Changed
 from gap.evidence.hypothesis import Hypothesis, Suspect, hypothesis_at
 from gap.evidence.lines import StraightFit, followed
-from gap.evidence.refinement import with_columns
+from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of
-from gap.evidence.search_state import EvidenceSearch, Open
+from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.signatures.candidates import Candidate
 
 _FOLLOWED = 6  # best promises of a screening that are followed along straight lines
@@ -33,27 +33,24 @@ def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     own = {s.label for s in suspects}
     of_these = [s for s in signatures if s.suspect.label in own]
     own_constants = at_own_constants(search, base)
-    alone = own_constants.log_z, followed(search.seen, own_constants).log_z
-    waiting = _promised(search, base, of_these, suspects, (base.log_z, base.log_z))
-    waiting += _promised(search, own_constants, of_these, suspects, alone)
-    return replace(search, waiting=(*search.waiting, *waiting))
+    afresh = hypothesis_of(search.seen, base.suspects, descended(search.seen, own_constants.at))
+    waiting = _promised(search, base, of_these, suspects, base.log_z) + _promised(search, own_constants, of_these, suspects, afresh.log_z)
+    return replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, afresh))
 
 
 def _promised(
-    search: EvidenceSearch,
-    start: Hypothesis,
-    signatures: Sequence[LinearSignature],
-    suspects: Sequence[Suspect],
-    alone: tuple[float, float],
+    search: EvidenceSearch, start: Hypothesis, signatures: Sequence[LinearSignature], suspects: Sequence[Suspect], level: float
 ) -> list[Open]:
-    """What every suspect promises beside one start; the best promises followed along straight lines. `alone`: as in Open."""
+    """What every suspect promises beside one start; the best promises followed along straight lines, which promise something without any
+    suspect as well. `level`: as in Open."""
+    alone = start.log_z, followed(search.seen, start).log_z
     screen = Screen(search.seen, start, signatures)
     promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]
     best: dict[str, Promise] = {}
     for promise in sorted(promises, key=lambda p: p.log_z):
         best[promise.suspect.label] = promise
     ranked = sorted(best.values(), key=lambda p: -p.log_z)
-    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None, alone) for n, p in enumerate(ranked)]
+    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None, alone, level) for n, p in enumerate(ranked)]
 
 
 def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:

@@ -20,7 +20,7 @@ from gap.evidence.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 
-_STEPS = 5  # Gauss-Newton steps of one fit
+_STEPS = 12  # Gauss-Newton steps of one fit
 _DAMPINGS = (0.0, 0.1, 3.0, 100.0)  # Levenberg-Marquardt: of the precision's diagonal, until a step raises ln p
 _ENOUGH = 0.3  # of ln p: a step that gains less ends the fit
 MOST_PASSES = 8  # of fits with sensitivities taken anew

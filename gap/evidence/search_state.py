@@ -19,12 +19,13 @@ from gap.signatures.candidates import candidates
 class Open:
     """A set that is not fitted from one of its two starts: `lines`, `base` and one more as straight lines tell. None where they were not
     followed: then the promise beside the old discrepancy stands for them. `alone`: ln Z of the start without the suspect, beside the
-    promise and along the lines: only what is more is the suspect's."""
+    promise and along the lines: only what is more is the suspect's. `level`: ln Z to which one descent from this start leads without it."""
 
     base: Hypothesis
     promise: Promise
     lines: StraightFit | None
     alone: tuple[float, float]
+    level: float
 
     @property
     def labels(self) -> frozenset[str]:
@@ -35,6 +36,14 @@ class Open:
         """What ln Z of the set is promised to be above that of the base."""
         promised = self.promise.log_z - self.alone[0]
         return max(promised, self.lines.log_z - self.alone[1]) if self.lines else promised
+
+
+def at_best(fitted: tuple[Hypothesis, ...], new: Hypothesis) -> tuple[Hypothesis, ...]:
+    """Each set once, at its best."""
+    old = next((h for h in fitted if h.labels == new.labels), None)
+    if old is not None and old.log_z >= new.log_z:
+        return fitted
+    return (*(h for h in fitted if h is not old), new)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +81,13 @@ class EvidenceSearch:
 
     def log_hope(self, waiting: Open) -> float:
         """The same of a set that waits."""
+        return self.log_mass_with(waiting, waiting.gain)
+
+    def log_mass_with(self, waiting: Open, gain: float) -> float:
+        """The same, were that its gain over its base as it is fitted now."""
         base = self.known(waiting.base.labels)
         assert base is not None
-        return base.log_z + waiting.gain + len(waiting.labels) * self.log_odds
+        return base.log_z + gain + len(waiting.labels) * self.log_odds
 
     def known(self, labels: frozenset[str]) -> Hypothesis | None:
         """The fit of a set, if there is one."""

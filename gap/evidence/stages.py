@@ -16,11 +16,11 @@ import numpy as np
 
 from gap.evidence.changed import Changed
 from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
-from gap.evidence.hypothesis import Hypothesis, Suspect, about, reweighed
+from gap.evidence.hypothesis import Hypothesis, Suspect, about, beyond, reweighed
 from gap.evidence.promises import at_own_constants, widened
 from gap.evidence.refinement import MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.screening import signatures_of, start_of
-from gap.evidence.search_state import EvidenceSearch, Open
+from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.fitting.model import Model
 from gap.signatures.candidates import Candidate
 
@@ -34,15 +34,17 @@ _ALWAYS = 4  # sets that are fitted however little they promise beside the best:
 
 
 def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
-    """The constants alone, from the rig file's own."""
+    """The constants alone, from the rig file's own. While more is left than honest models leave, their floor does not matter yet."""
     at, seen = search.nominal, search.seen
-    done = finished(seen, (), by_magnitude(seen, descended(seen, at.at)))
+    done = finished(seen, (), by_magnitude(seen, descended(seen, at.at)), _FEW_PASSES)
     for _ in range(_ROUNDS):
-        anew = about(seen, done.model)
+        if np.any(beyond(seen, done)):
+            break
+        done, anew = finished(seen, (), done.at), about(seen, done.model)
         again = finished(anew, (), by_magnitude(anew, reweighed(anew, done).at), _FEW_PASSES)
         if again.log_z < done.log_z + _WORTH:
             break
-        seen, done = anew, finished(anew, (), again.at)
+        seen, done = anew, again
     tell(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
     return replace(search, seen=seen, nominal=reweighed(seen, at), fitted=(done,))
 
@@ -83,7 +85,7 @@ def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
 def _less(search: EvidenceSearch, best: Hypothesis, suspect: Suspect) -> EvidenceSearch:
     """The best set without one of its suspects, fitted on from where that has led the constants: a fit that has stopped short of its
     valley's floor must not sell the rest to whatever is added next."""
-    search = replace(search, fitted=_with(search.fitted, _fitted(search, tuple(s for s in best.suspects if s is not suspect), best)))
+    search = replace(search, fitted=at_best(search.fitted, _fitted(search, tuple(s for s in best.suspects if s is not suspect), best)))
     rest = search.known(best.labels - {suspect.label})
     assert rest is not None
     close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
@@ -150,7 +152,9 @@ def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) 
         assert beside is not None
         tell(f"  {', '.join(sorted(done.labels))}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
-        search = replace(search, waiting=reached, fitted=_with(search.fitted, done))
+        search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))
+        if search.best.labels == done.labels:
+            search = _less(search, done, first.promise.suspect)
         in_vain = 0 if search.best.labels != before else in_vain + 1
     if in_vain == _PATIENCE:  # promises that are better than every fit are not believed, and hold no share
         top = search.log_mass(search.best)
@@ -159,12 +163,17 @@ def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) 
 
 
 def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
-    """The set fitted from where straight lines lead."""
+    """The set fitted from where straight lines lead; further, if that is as much above what the base gets to from there as it would have
+    to be above the base."""
     base, promise = chosen.base, chosen.promise
     start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
     discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
     point = descended(search.seen, with_columns(search.seen, start, base.at.jacobian, discrepancy))
-    return hypothesis_of(search.seen, (*base.suspects, promise.suspect), point)
+    done = hypothesis_of(search.seen, (*base.suspects, promise.suspect), point)
+    enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
+    if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
+        return done
+    return finished(search.seen, done.suspects, done.at, _FEW_PASSES)
 
 
 def _fitted(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> Hypothesis:
@@ -196,11 +205,3 @@ def _ended(search: EvidenceSearch, hypothesis: Hypothesis, passes: int = _FEW_PA
     done = finished(search.seen, hypothesis.suspects, hypothesis.at, passes)
     better = done if done.log_z >= hypothesis.log_z else replace(hypothesis, ended=True)
     return replace(search, fitted=(*(h for h in search.fitted if h.labels != better.labels), better))
-
-
-def _with(fitted: tuple[Hypothesis, ...], new: Hypothesis) -> tuple[Hypothesis, ...]:
-    """Each set once, at its best."""
-    old = next((h for h in fitted if h.labels == new.labels), None)
-    if old is not None and old.log_z > new.log_z:
-        return fitted
-    return (*(h for h in fitted if h is not old), new)

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.hypothesis import Hypothesis, Seen, Suspect, about
+from gap.evidence.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.judge import predictive
 from gap.evidence.posterior import Shares, shares
 from gap.evidence.search_state import EvidenceSearch
@@ -55,8 +54,10 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
         "constants": float(by_set[search.null.labels].sum()),
         "chosen": float(by_set[chosen.labels].sum()),
     }
-    names = tuple(_name(found, chosen, s, judged["chosen"] > judged["constants"]) for s in chosen.suspects)
-    word, why = _of_names(names, judged) if names else _of_none(search, found, judged, channels)
+    left = unexplained(search, chosen, channels)
+    agreed = judged["chosen"] > judged["constants"] and not left
+    names = tuple(_name(found, chosen, s, agreed) for s in chosen.suspects)
+    word, why = _of_names(names, judged, left) if names else _of_none(found, judged, left)
     return Said(word, why, chosen, names, found.none, judged)
 
 
@@ -75,18 +76,19 @@ def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: boo
     return Name(suspect, probability, alike, probability >= CONFIRMED and judge_agrees)
 
 
-def _of_names(names: Sequence[Name], judged: Mapping[str, float]) -> tuple[str, str]:
+def _of_names(names: Sequence[Name], judged: Mapping[str, float], left: Sequence[str]) -> tuple[str, str]:
     listed = " and ".join(f"{n.suspect.label} ({n.probability:.3g})" for n in names)
     gain = judged["chosen"] - judged["constants"]
     judge = f"the hold-out is {'more' if gain > 0 else 'less'} probable with it than with constants alone (ln {gain:+.1f})"
+    if left:
+        return "unknown", f"Something else acts: beside {listed} {', '.join(left)} stays, more than honest models leave; {judge}."
     sets = [f"{{{', '.join([n.suspect.label, *(label for label, _ in n.alike)])}}}" for n in names if n.alike]
     if sets:
         return "ambiguous", f"These logs cannot tell apart {'; '.join(sets)}. Most probable: {listed}; {judge}."
     return "named", f"{listed}; {judge}."
 
 
-def _of_none(search: EvidenceSearch, found: Shares, judged: Mapping[str, float], channels: Sequence[str]) -> tuple[str, str]:
-    left = unexplained(search, channels)
+def _of_none(found: Shares, judged: Mapping[str, float], left: Sequence[str]) -> tuple[str, str]:
     if left:
         return "unknown", f"Neither constants nor any known effect explain {', '.join(left)}: more is left than honest models leave."
     probable = f"that nothing is missing has a probability of {found.none:.3g}"
@@ -96,8 +98,7 @@ def _of_none(search: EvidenceSearch, found: Shares, judged: Mapping[str, float],
     return "parameter_mismatch", f"Other values of the rig's constants predict the hold-out better (ln {gain:+.1f}); {probable}."
 
 
-def unexplained(search: EvidenceSearch, channels: Sequence[str]) -> list[str]:
-    """Channels in which the constants' discrepancy is larger than its prior allows."""
-    most = float(norm.ppf(0.5 + 0.5 * CONFIRMED))  # of a half-normal
-    ratio = search.null.at.discrepancy.sd / search.seen.scales
-    return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, ratio, strict=True) if r > most]
+def unexplained(search: EvidenceSearch, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:
+    """Channels in which the chosen set's discrepancy is larger than its prior allows."""
+    times = beyond(search.seen, chosen)
+    return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, times, strict=True) if r > 0.0]
