@@ -16,6 +16,7 @@ import numpy as np
 from config.loading.load import LoadedRig
 from config.progress import Progress
 from config.schema.effect_library import EFFECTS
+from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.changed import Changed
 from gap.evidence.coordinates import stretch
@@ -39,9 +40,10 @@ from gap.signatures.candidates import Candidate
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """What the evidence says beside the state that it was put into."""
+    """What the evidence says beside the state that it was put into. `half_width`: 95 %, of every free number of the chosen model."""
 
     said: Said
+    half_width: Array
     changes: tuple[dict[str, Any], ...]  # findings: numbers of the rig file that have changed
 
     @property
@@ -71,7 +73,9 @@ def by_evidence(
     bases = [(n, _on_all(state, without[n.suspect.label])) for n in outcome.names]
     steps = [_step(state, search, outcome.chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Candidate)]
     changes = tuple(_changed(search, outcome.chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
-    return replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=steps), Decided(outcome, changes)
+    return replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=steps), Decided(
+        outcome, _half_width(search, outcome.chosen), changes
+    )
 
 
 Whole = tuple[Fit, tuple[Evaluation, ...]]  # a model on the fit logs and on the hold-out
@@ -84,6 +88,12 @@ def _on_all(state: GateSearch, hypothesis: Hypothesis) -> Whole:
     jacobian = [rescaled * j * e.sigma for j, e in zip(hypothesis.at.jacobian, state.experiments, strict=True)]
     done = fit(model, state.experiments, state.costs, (), jacobian, 0)
     return done, tuple(evaluate(e, model, state.costs) for e in state.holdouts)
+
+
+def _half_width(search: EvidenceSearch, chosen: Hypothesis) -> Array:
+    """95 % of the posterior, of every free number in its unit."""
+    sd = np.sqrt(np.diag(np.linalg.inv(posterior(search.seen, chosen.at).precision)))
+    return np.asarray(1.96 * sd * chosen.model.scales * stretch(chosen.model))
 
 
 def _as_constants(hypothesis: Hypothesis) -> Model:
@@ -127,7 +137,6 @@ def _changed(search: EvidenceSearch, chosen: Hypothesis, name: Name, best: Whole
     assert isinstance(name.suspect, Changed)
     free, model = name.suspect.free, chosen.model
     at = next(k for k, f in enumerate(model.free) if f.key == free.key)
-    width = float(np.sqrt(np.linalg.inv(posterior(search.seen, chosen.at).precision)[at, at])) * free.scale
     value, effect = float(model.theta[at]), EFFECTS.get(name.suspect.effect)
     return {
         "effect": name.suspect.effect,
@@ -136,7 +145,7 @@ def _changed(search: EvidenceSearch, chosen: Hypothesis, name: Name, best: Whole
         "probability": _short(name.probability),
         "stated": _short(free.start),
         "value": _short(value),
-        "parameters": {free.key.rpartition(".")[2]: number(value, 1.96 * width, free.unit)},
+        "parameters": {free.key.rpartition(".")[2]: number(value, float(_half_width(search, chosen)[at]), free.unit)},
         "holdout_gain": _short(_gain(best, base)),
         "t": _short(paired_t(base[1], best[1])),
         "look_alikes": [_rival(label, share) for label, share in name.alike],

@@ -62,7 +62,7 @@ def judged_file(done: Searched, half_width: Array) -> JudgedFile:
     """`half_width`: 95 %, of every free number."""
     state, progress = done.state, done.progress
     draft = _draft(done)
-    lean = leanest(state, half_width, progress)
+    lean = state.current.model if done.decided else leanest(state, half_width, progress)  # the evidence has weighed every change
     steady = steadiness(state, lean, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
     writer = Writer(done.loaded, state, half_width, lean, done.nominal, progress)
     word, file = (draft, writer.file(draft)) if done.decided else _judged(writer, draft, done.refit, in_words(unsteady(steady)))

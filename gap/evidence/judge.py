@@ -13,10 +13,12 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.coordinates import slopes
+from gap.evidence.coordinates import phi_of, slopes
 from gap.evidence.hypothesis import Hypothesis, Point, Seen, posterior
-from gap.evidence.noise.discrepancy import weighed_windows
+from gap.evidence.laplace import AT_END
+from gap.evidence.noise.discrepancy import on_other_logs
 from gap.evidence.noise.unknowns import in_noise
+from gap.evidence.prior import prior_of
 from gap.fitting.simulate import simulate
 
 
@@ -29,14 +31,17 @@ def predictive(seen: Seen, hypothesis: Hypothesis, held: Seen, known: bool = Fal
     if not known and at.model.free:
         shared = [np.concatenate(pair) for pair in zip(shared, _unsure(seen, at, held.experiments, readings), strict=True)]
     wide = [replace(u, forms=forms) for u, forms in zip(held.unknowns, shared, strict=True)]
-    _, whole, windows = weighed_windows(held.experiments, held.left(readings), wide, held.scales, replace(at.discrepancy, share=1.0))
+    _, whole, windows = on_other_logs(held.experiments, held.left(readings), wide, held.scales, replace(at.discrepancy, share=1.0))
     return np.asarray(windows + (whole - windows.sum()) / len(windows))
 
 
 def _unsure(seen: Seen, at: Point, held: Sequence[Experiment], readings: Sequence[Array]) -> list[Array]:
-    """What the held readings change by, with what the fit left unsure: as many columns as free numbers, each of a standard deviation."""
-    covariance = np.linalg.inv(posterior(seen, at).precision)
+    """What the held readings change by, with what the fit left unsure, a standard deviation a column. A number that ended at the end of its
+    range stays there: a normal on both sides of it would let an effect that is not there explain the hold-out."""
+    prior, phi = prior_of(at.model), phi_of(at.model)
+    free = np.flatnonzero((phi - prior.low > AT_END) & (prior.high - phi > AT_END))
+    covariance = np.linalg.inv(posterior(seen, at).precision[np.ix_(free, free)])
     widths = np.clip(np.sqrt(np.diag(covariance)), 1e-3, 0.3)
-    jacobian = slopes(at.model, held, range(len(widths)), readings, widths)
+    jacobian = slopes(at.model, held, [int(k) for k in free], readings, widths)
     root = np.linalg.cholesky(covariance)
     return [np.tensordot(root.T, in_noise(e, j), 1) for e, j in zip(held, jacobian, strict=True)]

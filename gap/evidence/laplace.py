@@ -15,7 +15,7 @@ from scipy.special import erfcx, log_ndtr
 
 from gap.data.measured import Array
 
-_AT_END = 1e-9  # of a coordinate's own unit
+AT_END = 1e-9  # of a coordinate's own unit
 
 
 def log_evidence(log_density: float, precision: Array, slope: Array, phi: Array, low: Array, high: Array) -> float:
@@ -34,7 +34,7 @@ def truncated(precision: Array, slope: Array, phi: Array, low: Array, high: Arra
     inside = np.zeros(len(phi))
     for k in range(len(phi)):
         nearest = min(to_low[k], to_high[k])
-        if nearest * width[k] <= _AT_END:
+        if nearest * width[k] <= AT_END:
             outward = -slope[k] if to_low[k] <= to_high[k] else slope[k]
             inside[k] = np.log(0.5 * erfcx(max(outward, 0.0) * width[k] / np.sqrt(2.0)))
         else:

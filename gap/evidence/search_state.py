@@ -63,8 +63,12 @@ class EvidenceSearch:
     @property
     def best(self) -> Hypothesis:
         """The set with the largest share of the posterior."""
-        shares = bootstrapped([self.weight(h) for h in self.fitted])
-        return self.fitted[int(np.argmax(shares))]
+        return self.fitted[int(np.argmax(self.shares))]
+
+    @property
+    def shares(self) -> list[float]:
+        """Of the posterior over what is fitted, set by set."""
+        return bootstrapped([self.weight(h) for h in self.fitted])
 
     @property
     def null(self) -> Hypothesis:

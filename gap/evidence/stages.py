@@ -107,11 +107,12 @@ def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
     """Every set that holds a share of the posterior fitted with sensitivities of its own, and what it has beyond any of its suspects from
     there as well."""
     while True:
-        top = search.log_mass(search.best)
-        unsure = [h for h in search.fitted if not h.ended and search.log_mass(h) > top + NEGLIGIBLE]
+        shares = search.shares
+        least = max(shares) * np.exp(NEGLIGIBLE)
+        unsure = [(share, h) for share, h in zip(shares, search.fitted, strict=True) if not h.ended and share > least]
         if not unsure:
             return search
-        best = max(unsure, key=search.log_mass)
+        best = max(unsure, key=lambda one: one[0])[1]
         tell(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
         search = _ended(search, best, MOST_PASSES)
         done = search.known(best.labels)

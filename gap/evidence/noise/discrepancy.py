@@ -27,7 +27,6 @@ _LEAPS = (0.1, 0.4, 1.6)
 _SWEEPS = 4  # over the channels, at each step
 _TIMES = 2.0 ** np.arange(-3.0, 8.0)  # of δ in a window …
 _NEAR = (0.5, 1.0, 2.0)  # … and of what it had, for a model close by
-_ROUNDS = 2  # over the channels, for windows of other logs
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,29 +48,17 @@ def fitted_discrepancy(
     """For residuals `left` (windows × samples × channels of every log, in noise). `scales`: of δ's prior, one a channel. `near`: it was
     found for a model close by."""
     search = _Search(experiments, left, unknowns, scales, start)
-    if not near:
-        for c in range(len(scales)):
-            search.leap(c)
-    search.settle(_STEPS[1:] if near else _STEPS)
-    for c in search.moving:
-        search.weigh_windows(c, near)
-    if near:
-        return search.found
-    search.settle(_STEPS[1:])
-    for c in search.moving:
-        search.weigh_windows(c, True)
-    return search.found
+    return (search.near() if near else search.whole()).found
 
 
-def weighed_windows(
+def on_other_logs(
     experiments: Sequence[Experiment], left: Sequence[Array], unknowns: Sequence[Unknowns], scales: Array, start: Discrepancy
 ) -> tuple[Discrepancy, float, Array]:
-    """For other logs, with δ, T and η as they are: the likeliest times of every window, ln p of the logs with them, and of every window."""
-    search = _Search(experiments, left, unknowns, scales, replace(start, times=()))
-    for c in search.moving * _ROUNDS:
-        search.weigh_windows(c)
+    """For logs that were not fitted, with η as it is: the likeliest δ, T and times there (what a model leaves depends on the motion), ln p
+    of the logs and of these, and ln p of every window."""
+    search = _Search(experiments, left, unknowns, scales, replace(start, times=()), False).whole()
     windows = by_window(experiments, unknowns, left, search.found) + log_prior_of_times(search.found)
-    return search.found, search.value - log_prior(replace(search.found, times=()), scales), windows
+    return search.found, search.value, windows
 
 
 def log_prior(discrepancy: Discrepancy, scales: Array) -> float:
@@ -89,8 +76,15 @@ def log_prior_of_times(discrepancy: Discrepancy) -> Array:
 
 class _Search:
     def __init__(
-        self, experiments: Sequence[Experiment], left: Sequence[Array], unknowns: Sequence[Unknowns], scales: Array, start: Discrepancy
+        self,
+        experiments: Sequence[Experiment],
+        left: Sequence[Array],
+        unknowns: Sequence[Unknowns],
+        scales: Array,
+        start: Discrepancy,
+        moves_share: bool = True,
     ) -> None:
+        self._moves_share = moves_share
         self._workers = max(e.workers for e in experiments)
         self._there = [np.isfinite(e.measured) for e in experiments]
         self._period_s = [sample_period_s(e) for e in experiments]
@@ -105,6 +99,23 @@ class _Search:
         self._parts = [self._of_channel(c, self.found) for c in range(len(scales))]
         self._total = [np.sum([p.grams for p in parts], axis=0) for parts in zip(*self._parts, strict=True)]
         self.value = self._density(self._total, self.found)
+
+    def whole(self) -> _Search:
+        """From anywhere."""
+        for c in self.moving:
+            self.leap(c)
+        for steps, near in ((_STEPS, False), (_STEPS[1:], True)):
+            self.settle(steps)
+            for c in self.moving:
+                self.weigh_windows(c, near)
+        return self
+
+    def near(self) -> _Search:
+        """From what it was for a model close by."""
+        self.settle(_STEPS[1:])
+        for c in self.moving:
+            self.weigh_windows(c, True)
+        return self
 
     def leap(self, c: int) -> None:
         """To a typical T and some size: where δ is nearly nothing, or T as long as a window, small steps change nothing."""
@@ -135,7 +146,7 @@ class _Search:
 
     def improve_share(self, step: float) -> bool:
         """The same of η."""
-        if not self._sizes[1]:
+        if not self._sizes[1] or not self._moves_share:
             return False
         for side in (1.0, -1.0):
             share = float(np.clip(self.found.share * np.exp(side * step), _LEAST_SHARE, _MOST_SHARE))

@@ -13,6 +13,7 @@ import pytest
 
 from config.loading.load import load_rig
 from gap.find import find
+from gap.search.settings import Settings
 from tests.support.gap import emps_logs
 
 COULOMB_N = 20.39
@@ -80,3 +81,17 @@ def test_the_friction_is_the_authors_within_five_per_cent(found: dict[str, Path]
 )
 def test_the_difference_of_the_directions_is_the_authors_within_five_per_cent(found: dict[str, Path], offset: str) -> None:
     assert value(found[offset], "asymmetric_friction", "coefficient_difference") == pytest.approx(DIFFERENCE_N_S_PER_M, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("offset", [WITHOUT_OFFSET, WITH_OFFSET])
+def test_by_evidence_both_numbers_are_the_authors_within_five_per_cent(tmp_path: Path, offset: str) -> None:
+    """With a hysteresis of 0.0011 to 0.0013 of the command beside them, and the offset as a tilt or a null that has changed."""
+    fit_log, holdout = emps_logs.logs(tmp_path)
+    rig = emps_logs.frictionless(tmp_path, offset == WITH_OFFSET)
+    find(rig, [fit_log], [holdout], tmp_path / "out", lambda line: None, Settings(decide="evidence", propose=False))
+    assert value(tmp_path / "out", "coulomb_friction", "friction") == pytest.approx(COULOMB_N, rel=0.05)
+    assert value(tmp_path / "out", "asymmetric_friction", "coefficient_difference") == pytest.approx(DIFFERENCE_N_S_PER_M, rel=0.05)
+    named = {f["effect"]: f["confirmed"] for f in content(tmp_path / "out")["findings"]}
+    assert named["coulomb_friction"]
+    assert named["asymmetric_friction"]
