@@ -36,13 +36,13 @@ Content = dict[str, Any]  # a part of findings.json
 
 def concluded(done: Searched) -> Found:
     """The verdict with everything that report, findings file and improved rig file need."""
-    done = done if done.decided else replace(done, state=_at_own_scale(done.state))
+    done = replace(done, state=_at_own_scale(done.state))
     state, progress = done.state, done.progress
+    progress("confidence intervals")
+    half_width = confidence(state.current, state.costs)
     if done.decided:
-        half_width = done.decided.half_width
+        half_width = np.maximum(half_width, done.decided.half_width)
     else:
-        progress("confidence intervals")
-        half_width = confidence(state.current, state.costs)
         state.steps = weighed(state, half_width, progress)
     judged = judged_file(done, half_width)
     places = localise(done.nominal, done.names, state.first_screening, done.loaded.rig)
