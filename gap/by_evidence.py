@@ -18,12 +18,12 @@ from config.progress import Progress
 from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.changed import Changed
-from gap.evidence.coordinates import stretch
 from gap.evidence.deciding_numbers import RANGE_SDS
-from gap.evidence.hypothesis import Hypothesis, posterior
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.opening import opening
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import stretch
+from gap.evidence.score.hypothesis import Hypothesis, posterior
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import STAGES
 from gap.evidence.words import Name, Said, said

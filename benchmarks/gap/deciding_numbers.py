@@ -15,9 +15,10 @@ from types import ModuleType
 
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
-from gap.evidence import changed, deciding_numbers, opening, posterior, prior, search_state, stages
+from gap.evidence import deciding_numbers, opening, posterior, search_state, stages
 from gap.evidence.noise import discrepancy
 from gap.evidence.posterior import shares
+from gap.evidence.score import changed, prior
 from gap.fitting.nuisance import nuisances
 from gap.search.opening import experiments_of
 from gap.search.settings import Settings

@@ -13,12 +13,12 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.coordinates import phi_of, slopes
-from gap.evidence.hypothesis import Hypothesis, Point, Seen, posterior
-from gap.evidence.laplace import AT_END
 from gap.evidence.noise.discrepancy import on_other_logs
 from gap.evidence.noise.unknowns import in_noise
-from gap.evidence.prior import prior_of
+from gap.evidence.score.coordinates import phi_of, slopes
+from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, posterior
+from gap.evidence.score.laplace import AT_END
+from gap.evidence.score.prior import prior_of
 from gap.fitting.simulate import simulate
 
 

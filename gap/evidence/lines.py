@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.data.measured import Array
-from gap.evidence.changed import Changed
-from gap.evidence.coordinates import phi_of, theta_of
-from gap.evidence.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered
 from gap.evidence.noise.noise_model import Discrepancy
-from gap.evidence.prior import prior_of
 from gap.evidence.refinement import bounded
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import phi_of, theta_of
+from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered
+from gap.evidence.score.prior import prior_of
 from gap.evidence.screening import Promise
 from gap.fitting.model import Model
 

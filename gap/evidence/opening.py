@@ -10,12 +10,12 @@ from config.schema.rig import Rig
 from gap.data.measured import Array
 from gap.data.strata import chosen
 from gap.data.windows import Experiment, velocities
-from gap.evidence.changed import changeable
 from gap.evidence.deciding_numbers import EXPECTED, HONEST, LEAST_DISCREPANCY, MEMORY_S, OTHER_FORM
-from gap.evidence.hypothesis import Seen, about, hypothesis_at
 from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.refinement import opened
+from gap.evidence.score.changed import changeable
+from gap.evidence.score.hypothesis import Seen, about, hypothesis_at
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.model import Free, Model
 from gap.fitting.simulate import some

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.data.measured import Array
-from gap.evidence.bootstrap import Weight, bootstrapped
 from gap.evidence.deciding_numbers import ALIKE_MASS
+from gap.evidence.score.bootstrap import Weight, bootstrapped
 from gap.evidence.search_state import EvidenceSearch
 
 

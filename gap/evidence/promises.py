@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.evidence.changed import Changed
-from gap.evidence.hypothesis import Hypothesis, Suspect, hypothesis_at
 from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.hypothesis import Hypothesis, Suspect, hypothesis_at
 from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.signatures.candidates import Candidate

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from gap.data.measured import Array
-from gap.evidence.coordinates import magnitudes, phi_of, slopes, theta_of
-from gap.evidence.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
 from gap.evidence.noise.noise_model import Discrepancy, weighed
 from gap.evidence.noise.unknowns import in_noise
-from gap.evidence.prior import prior_of
+from gap.evidence.score.coordinates import magnitudes, phi_of, slopes, theta_of
+from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
+from gap.evidence.score.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 

@@ -17,13 +17,13 @@ import numpy as np
 
 from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
-from gap.evidence.changed import Changed
-from gap.evidence.coordinates import phi_of
-from gap.evidence.hypothesis import Hypothesis, Seen, Suspect
-from gap.evidence.laplace import added
 from gap.evidence.noise.noise_model import weighed
 from gap.evidence.noise.unknowns import in_noise
-from gap.evidence.prior import prior_of
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import phi_of
+from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
+from gap.evidence.score.laplace import added
+from gap.evidence.score.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 from gap.signatures.candidates import Candidate

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from config.schema.rig import Rig
-from gap.evidence.bootstrap import Weight, bootstrapped
-from gap.evidence.changed import changeable
-from gap.evidence.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.lines import StraightFit
+from gap.evidence.score.bootstrap import Weight, bootstrapped
+from gap.evidence.score.changed import changeable
+from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.screening import LinearSignature, Promise
 from gap.signatures.candidates import candidates
 

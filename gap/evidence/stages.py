@@ -14,11 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.evidence.changed import Changed
 from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
-from gap.evidence.hypothesis import Hypothesis, Suspect, about, beyond, reweighed
 from gap.evidence.promises import at_own_constants, widened
 from gap.evidence.refinement import MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.hypothesis import Hypothesis, Suspect, about, beyond, reweighed
 from gap.evidence.screening import signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.fitting.model import Model

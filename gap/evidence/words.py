@@ -9,9 +9,9 @@ import numpy as np
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.judge import predictive
 from gap.evidence.posterior import Shares, shares
+from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
 
 

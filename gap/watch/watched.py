@@ -1,8 +1,8 @@
 """Which numbers of a rig file are followed: what wear and faults change.
 
-These are the sizes of its effects and what else the search by evidence suspects of having changed (`gap.evidence.changed`), and the oil's
-bulk modulus, which air in the oil lowers. A log's fit begins at the rig file's value with a prior as wide as wear may be; the rig file's
-own prior, from the tag in its comment, gives the limits where none are stated.
+These are the sizes of its effects and what else the search by evidence suspects of having changed (`gap.evidence.score.changed`), and the
+oil's bulk modulus, which air in the oil lowers. A log's fit begins at the rig file's value with a prior as wide as wear may be; the rig
+file's own prior, from the tag in its comment, gives the limits where none are stated.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from config.schema.rig import Rig
-from gap.evidence.changed import Changed, changeable
+from gap.evidence.score.changed import Changed, changeable
 from gap.fitting.model import Free
 
 WORN = 0.5  # of its stated value: prior standard deviation of a number that wear may have changed

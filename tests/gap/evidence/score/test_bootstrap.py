@@ -8,7 +8,7 @@ from scipy.integrate import quad
 from scipy.special import expit
 from scipy.stats import beta
 
-from gap.evidence.bootstrap import Weight, bootstrapped
+from gap.evidence.score.bootstrap import Weight, bootstrapped
 
 WINDOWS = 40
 

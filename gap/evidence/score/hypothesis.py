@@ -10,14 +10,14 @@ from scipy.stats import norm
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.changed import Changed
-from gap.evidence.coordinates import phi_of
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.laplace import log_evidence
 from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior, log_prior_of_times
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
 from gap.evidence.noise.unknowns import Unknowns, unknowns_of
-from gap.evidence.prior import prior_of
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import phi_of
+from gap.evidence.score.laplace import log_evidence
+from gap.evidence.score.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering, residual, simulate
 from gap.signatures.candidates import Candidate

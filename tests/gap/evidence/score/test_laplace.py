@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.stats import ks_1samp, multivariate_normal, ncx2
 
-from gap.evidence.laplace import added, log_evidence
+from gap.evidence.score.laplace import added, log_evidence
 
 WIDE = np.full(3, 1e6)
 Array = NDArray[np.float64]

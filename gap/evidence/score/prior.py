@@ -1,9 +1,8 @@
-"""What is believed of every free number before the logs are seen, in the fit's own coordinates φ (gap.evidence.coordinates).
+"""What is believed of every free number before the logs are seen, in the fit's own coordinates φ (gap.evidence.score.coordinates).
 
 A constant is normal about the rig file's value, with the standard deviation of its provenance (log-normal where only its order of magnitude
-is known). The size of an effect, or a constant that is
-suspected of having changed, may be anything in its plausible range: normal about its neutral value (half-normal where it has one sign) with
-the far end of the range RANGE_SDS standard deviations away.
+is known). The size of an effect, or a constant that is suspected of having changed, may be anything in its plausible range: normal about
+its neutral value (half-normal where it has one sign) with the far end of the range RANGE_SDS standard deviations away.
 """
 
 from __future__ import annotations
@@ -13,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.data.measured import Array
-from gap.evidence.coordinates import ends
 from gap.evidence.deciding_numbers import RANGE_SDS
+from gap.evidence.score.coordinates import ends
 from gap.fitting.model import Free, Model
 
 

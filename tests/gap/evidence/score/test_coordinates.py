@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from config.loading.load import load_rig
-from gap.evidence.coordinates import ends, magnitudes, phi_of, stretch, theta_of
+from gap.evidence.score.coordinates import ends, magnitudes, phi_of, stretch, theta_of
 from gap.fitting.model import Free, Model
 
 STIFF = Free(("joints", "axis", "bristle_stiffness"), "plant.joints.axis.bristle_stiffness", "N/m", 1e6, 1e7, 1e5, 4.1e7, True)
