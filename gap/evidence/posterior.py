@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from gap.data.measured import Array
 from gap.evidence.deciding_numbers import ALIKE_MASS
 from gap.evidence.score.bootstrap import Weight, bootstrapped
+from gap.evidence.score.hypothesis import Hypothesis
 from gap.evidence.search_state import EvidenceSearch
 
 
@@ -44,20 +42,24 @@ class Shares:
         return found
 
 
-def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Array] | None = None) -> Shares:
-    """Over all sets met, those that only wait with what they promise. `judged`: ln p of every window of the hold-out, set by set, the best
-    set among them: sets that were not judged are taken to predict as it does."""
-    judged = judged or {search.best.labels: np.empty(0)}
-    usual = judged[search.best.labels]
-    found = {h.labels: _with(search.weight(h), judged.get(h.labels, usual)) for h in search.fitted}
+def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] | None = None) -> Shares:
+    """Over all sets met, those that only wait with what they promise. `judged`: sets fitted to all logs, the best set among them; the
+    others are taken to gain with the hold-out what that one does."""
+    found = {h.labels: search.weight(h) for h in search.fitted}
     promised: dict[frozenset[str], Weight] = {}
     for waiting in sorted(search.waiting, key=search.log_hope):
         if waiting.labels not in found:
-            promised[waiting.labels] = replace(found[waiting.base.labels], log_mass=search.log_hope(waiting) + float(usual.sum()))
+            promised[waiting.labels] = replace(found[waiting.base.labels], log_mass=search.log_hope(waiting))
     every = found | promised
+    if judged:
+        usual = judged[search.best.labels]
+        every = {labels: _with_hold_out(weight, usual, search.best) for labels, weight in every.items()}
+        every |= {labels: search.weight(h) for labels, h in judged.items()}
     return Shares(dict(zip(every, bootstrapped(list(every.values())), strict=True)))
 
 
-def _with(weight: Weight, held: Array) -> Weight:
-    """A set's weight with what the hold-out says."""
-    return Weight(weight.log_mass + float(held.sum()), np.concatenate([weight.windows, held]))
+def _with_hold_out(weight: Weight, judged: Hypothesis, fitted: Hypothesis) -> Weight:
+    """The weight that a set would have, did the other logs say of it what they say of another one."""
+    gained = judged.windows.copy()
+    gained[: len(fitted.windows)] += weight.windows - fitted.windows
+    return Weight(weight.log_mass + judged.log_z - fitted.log_z, gained)

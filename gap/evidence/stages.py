@@ -40,7 +40,7 @@ def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
     for _ in range(_ROUNDS):
         if np.any(beyond(seen, done)):
             break
-        done, anew = finished(seen, (), done.at), about(seen, done.model)
+        done, anew = finished(seen, (), done.at), about(seen.experiments, seen.scales, done.model)
         again = finished(anew, (), by_magnitude(anew, reweighed(anew, done).at), _FEW_PASSES)
         if again.log_z < done.log_z + _WORTH:
             break
@@ -124,7 +124,7 @@ def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
 def _about_best(search: EvidenceSearch) -> EvidenceSearch:
     """All sets beside what is integrated out about the best one, the same for all; and that one fitted to its end there, lest constants on
     their way sell what is left of it to whatever is added next."""
-    best, seen = search.best, about(search.seen, search.best.model)
+    best, seen = search.best, about(search.seen.experiments, search.seen.scales, search.best.model)
     fitted = tuple(reweighed(seen, h) for h in search.fitted)
     search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = search.known(best.labels)

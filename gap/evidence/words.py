@@ -9,9 +9,9 @@ import numpy as np
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.judge import predictive
+from gap.evidence.judge import of_rig_file, on_all_logs
 from gap.evidence.posterior import Shares, shares
-from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
+from gap.evidence.score.hypothesis import Hypothesis, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
 
 
@@ -44,15 +44,15 @@ class Said:
 
 def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
-    judges = about(Seen(tuple(held), search.seen.scales, ()), search.best.model)
-    by_set = {h.labels: predictive(search.seen, h, judges) for h in asked(search)}
+    judges = about(held, search.seen.scales, search.seen.model)
+    by_set = {h.labels: on_all_logs(search.seen, h, judges) for h in asked(search)}
     found = shares(search, by_set)
     likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
     chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
     judged = {
-        "rig file": float(predictive(search.seen, search.nominal, judges, known=True).sum()),
-        "constants": float(by_set[search.null.labels].sum()),
-        "chosen": float(by_set[chosen.labels].sum()),
+        "rig file": of_rig_file(search.nominal, judges),
+        "constants": by_set[search.null.labels].log_z - search.null.log_z,
+        "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }
     left = unexplained(search, chosen, channels)
     agreed = judged["chosen"] > judged["constants"] and not left

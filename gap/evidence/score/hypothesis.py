@@ -28,11 +28,12 @@ Suspect = Candidate | Changed
 @dataclass(frozen=True, slots=True)
 class Seen:
     """What is the same for every set that is compared: the logs to fit, the scale of each channel's discrepancy, and what is integrated
-    out, as it is about one model. (About a model of its own every set would have another Σ, and sets would gain by that alone.)"""
+    out, as it is about one `model`. (About a model of its own every set would have another Σ, and sets would gain by that alone.)"""
 
     experiments: tuple[Experiment, ...]
     scales: Array
     unknowns: tuple[Unknowns, ...]
+    model: Model
 
     def left(self, readings: Sequence[Array]) -> list[Array]:
         """(measured − simulated) / noise of every log, windows × samples × channels; 0 where nothing was measured."""
@@ -79,11 +80,11 @@ class Hypothesis:
         return self.at.model
 
 
-def about(seen: Seen, model: Model) -> Seen:
-    """The same logs with what is integrated out, and what windows remember, as they are about a model."""
+def about(experiments: Sequence[Experiment], scales: Array, model: Model) -> Seen:
+    """Logs with what is integrated out, and what windows remember, as they are about a model."""
     vector = model.vector()
-    experiments = tuple(remembering(e, vector) for e in seen.experiments)
-    return Seen(experiments, seen.scales, unknowns_of(experiments, vector))
+    remembered = tuple(remembering(e, vector) for e in experiments)
+    return Seen(remembered, scales, unknowns_of(remembered, vector), model)
 
 
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
