@@ -16,7 +16,7 @@ import numpy as np
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import MEMORY_S, OTHER_FORM, SPREAD
-from gap.evidence.noise.noise_model import Discrepancy, by_window, likeliest_shares, reduced, window_densities
+from gap.evidence.noise.noise_model import Discrepancy, likeliest_shares, reduced, window_densities
 from gap.evidence.noise.ornstein_uhlenbeck import filter_of, sample_period_s
 from gap.evidence.noise.unknowns import Unknowns
 
@@ -53,12 +53,11 @@ def fitted_discrepancy(
 
 def on_other_logs(
     experiments: Sequence[Experiment], left: Sequence[Array], unknowns: Sequence[Unknowns], scales: Array, start: Discrepancy
-) -> tuple[Discrepancy, float, Array]:
-    """For logs that were not fitted, with η as it is: the likeliest δ, T and times there (what a model leaves depends on the motion), ln p
-    of the logs and of these, and ln p of every window."""
+) -> tuple[Discrepancy, float]:
+    """For logs that were not fitted, with η as it is: the likeliest δ, T and times there (what a model leaves depends on the motion), and
+    ln p of the logs and of these."""
     search = _Search(experiments, left, unknowns, scales, replace(start, times=()), False).whole()
-    windows = by_window(experiments, unknowns, left, search.found) + log_prior_of_times(search.found)
-    return search.found, search.value, windows
+    return search.found, search.value
 
 
 def log_prior(discrepancy: Discrepancy, scales: Array) -> float:

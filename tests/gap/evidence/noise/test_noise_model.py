@@ -152,7 +152,7 @@ def test_a_window_that_is_far_off_is_told_from_the_others() -> None:
     assert found.sd[0] == pytest.approx(1.0, rel=0.25)
     assert found.times[0][17, 0] > 7.0
     assert np.median(found.times[0]) == pytest.approx(1.0, rel=0.2)
-    other, log_p, _ = on_other_logs([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), replace(found, times=()))
+    other, log_p = on_other_logs([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), replace(found, times=()))
     assert other.times[0][17, 0] > 7.0
     plain = weighed([cast(Any, Log(left, np.ones(1)))], [none], [left[None]], replace(found, times=()))
     assert log_p > 20.0 - 0.5 * (float(plain.inner[0, 0]) + plain.log_det)
