@@ -72,10 +72,10 @@ def by_evidence(
     without = {n.suspect.label: search.known(outcome.chosen.labels - {n.suspect.label}) or search.null for n in outcome.names}
     bases = [(n, _on_all(state, without[n.suspect.label])) for n in outcome.names]
     steps = [_step(state, search, outcome.chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Candidate)]
-    changes = tuple(_changed(search, outcome.chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
-    return replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=steps), Decided(
-        outcome, _half_width(search, outcome.chosen), changes
-    )
+    half_width = _half_width(search, outcome.chosen)
+    changes = tuple(_changed(outcome.chosen, half_width, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
+    state = replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=steps)
+    return state, Decided(outcome, half_width, changes)
 
 
 Whole = tuple[Fit, tuple[Evaluation, ...]]  # a model on the fit logs and on the hold-out
@@ -132,7 +132,7 @@ def _gain(whole: Whole, base: Whole) -> float:
     return (before - mean_cost(whole[1])) / max(before - FLOOR, 1e-9)
 
 
-def _changed(search: EvidenceSearch, chosen: Hypothesis, name: Name, best: Whole, base: Whole) -> dict[str, Any]:
+def _changed(chosen: Hypothesis, half_width: Array, name: Name, best: Whole, base: Whole) -> dict[str, Any]:
     """The finding of a number that has changed."""
     assert isinstance(name.suspect, Changed)
     free, model = name.suspect.free, chosen.model
@@ -145,7 +145,7 @@ def _changed(search: EvidenceSearch, chosen: Hypothesis, name: Name, best: Whole
         "probability": _short(name.probability),
         "stated": _short(free.start),
         "value": _short(value),
-        "parameters": {free.key.rpartition(".")[2]: number(value, float(_half_width(search, chosen)[at]), free.unit)},
+        "parameters": {free.key.rpartition(".")[2]: number(value, float(half_width[at]), free.unit)},
         "holdout_gain": _short(_gain(best, base)),
         "t": _short(paired_t(base[1], best[1])),
         "look_alikes": [_rival(label, share) for label, share in name.alike],

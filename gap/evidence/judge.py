@@ -12,27 +12,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gap.evidence.noise.discrepancy import on_other_logs
-from gap.evidence.noise.unknowns import in_noise
-from gap.evidence.refinement import descended, hypothesis_of
-from gap.evidence.score.coordinates import slopes
-from gap.evidence.score.hypothesis import Hypothesis, Seen
-from gap.fitting.simulate import simulate
+from gap.evidence.refinement import descended, hypothesis_of, point_of
+from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 
 
 def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
     """The set fitted on with the hold-out beside the fitted logs; its windows are those of the fitted logs, then those of the hold-out.
     `held`: the logs that judge, with what is integrated out there the same for every set."""
-    at, vector = hypothesis.at, hypothesis.model.vector()
-    readings = tuple(simulate(e, [vector])[0] for e in held.experiments)
-    more = slopes(at.model, held.experiments, range(len(at.model.free)), readings)
-    jacobian = tuple(in_noise(e, j) for e, j in zip(held.experiments, more, strict=True))
-    point = replace(at, readings=at.readings + readings, jacobian=at.jacobian + jacobian, discrepancy=replace(at.discrepancy, times=()))
+    at, there = hypothesis.at, point_of(held, hypothesis.model, hypothesis.at.discrepancy)
     both = Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model)
-    return hypothesis_of(both, hypothesis.suspects, descended(both, hypothesis_of(both, hypothesis.suspects, point).at))
+    readings, jacobian = at.readings + there.readings, at.jacobian + there.jacobian
+    point = replace(at, readings=readings, jacobian=jacobian, discrepancy=replace(at.discrepancy, times=()))
+    point = replace(point, discrepancy=rediscovered(both, point, None, False))
+    return hypothesis_of(both, hypothesis.suspects, descended(both, point))
 
 
 def of_rig_file(nominal: Hypothesis, held: Seen) -> float:
     """ln p(hold-out) of the rig file as it is: nothing of it is unsure."""
-    at, vector = nominal.at, nominal.model.vector()
-    left = held.left(tuple(simulate(e, [vector])[0] for e in held.experiments))
-    return on_other_logs(held.experiments, left, held.unknowns, held.scales, at.discrepancy)[1]
+    left = held.left(held.readings(nominal.model))
+    return on_other_logs(held.experiments, left, held.unknowns, held.scales, nominal.at.discrepancy)[1]

@@ -18,7 +18,6 @@ from gap.evidence.score.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
 from gap.evidence.score.prior import prior_of
 from gap.fitting.model import Model
-from gap.fitting.simulate import simulate
 
 _STEPS = 12  # Gauss-Newton steps of one fit
 _DAMPINGS = (0.0, 0.1, 3.0, 100.0)  # Levenberg-Marquardt: of the precision's diagonal, until a step raises ln p
@@ -30,19 +29,29 @@ _SETTLED = 0.5  # of ln Z: a pass that gains less was the last
 _INVISIBLE = 0.05  # squared length in noise of what one prior standard deviation changes, below which a sensitivity is not renewed
 
 
+def point_of(seen: Seen, model: Model, discrepancy: Discrepancy, known: Sequence[Array] = ()) -> Point:
+    """A model as it stands, with a discrepancy. `known`: sensitivities of its first numbers, one Jacobian a log; the others are taken."""
+    readings = seen.readings(model)
+    new = range(known[0].shape[0] if known else 0, len(model.free))
+    jacobian = [in_noise(e, m) for e, m in zip(seen.experiments, slopes(model, seen.experiments, new, readings), strict=True)]
+    if known:
+        jacobian = [np.concatenate(pair) for pair in zip(known, jacobian, strict=True)]
+    return Point(model, readings, tuple(jacobian), discrepancy)
+
+
 def opened(seen: Seen, model: Model, discrepancy: Discrepancy) -> Point:
     """A model as it stands, all sensitivities taken."""
-    return _with_discrepancy(seen, _point(seen, model, [np.empty((0, *e.measured.shape)) for e in seen.experiments], discrepancy), False)
+    return _with_discrepancy(seen, point_of(seen, model, discrepancy), False)
 
 
 def with_columns(seen: Seen, model: Model, known: Sequence[Array], discrepancy: Discrepancy) -> Point:
     """The same with the first numbers' sensitivities known: `known`, one Jacobian a log. Only those of the other numbers are taken."""
-    return _with_discrepancy(seen, _point(seen, model, known, discrepancy), True)
+    return _with_discrepancy(seen, point_of(seen, model, discrepancy, known), True)
 
 
-def descended(seen: Seen, point: Point, steps: int = _STEPS) -> Point:
+def descended(seen: Seen, point: Point) -> Point:
     """Gauss-Newton from a point, its sensitivities following by Broyden's update."""
-    for _ in range(steps):
+    for _ in range(_STEPS):
         further, gained = _step(seen, point, posterior(seen, point))
         if further is None:
             break
@@ -72,8 +81,7 @@ def _of_magnitudes(seen: Seen, point: Point, number: int) -> list[Point]:
         phi = phi_of(point.model)
         phi[number] = at
         model = point.model.with_theta(theta_of(point.model, phi))
-        readings = tuple(simulate(e, [model.vector()])[0] for e in seen.experiments)
-        found.append(replace(point, model=model, readings=readings))
+        found.append(replace(point, model=model, readings=seen.readings(model)))
     return found
 
 
@@ -92,15 +100,6 @@ def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: in
         if gained < _SETTLED:
             return replace(best, ended=True)
     return best if passes < MOST_PASSES else replace(best, ended=True)
-
-
-def _point(seen: Seen, model: Model, known: Sequence[Array], discrepancy: Discrepancy) -> Point:
-    vector = model.vector()
-    readings = tuple(simulate(e, [vector])[0] for e in seen.experiments)
-    new = range(known[0].shape[0], len(model.free))
-    more = slopes(model, seen.experiments, new, readings)
-    jacobian = tuple(np.concatenate([k, in_noise(e, m)]) for e, k, m in zip(seen.experiments, known, more, strict=True))
-    return Point(model, readings, jacobian, discrepancy)
 
 
 def _renewed(seen: Seen, point: Point) -> Point:
@@ -137,8 +136,7 @@ def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]
         step = bounded(at.precision + damping * size, at.slope, prior.low - phi, prior.high - phi)
         moved = np.clip(phi + step, prior.low, prior.high)
         model = point.model.with_theta(theta_of(point.model, moved))
-        vector = model.vector()
-        readings = tuple(simulate(e, [vector])[0] for e in seen.experiments)
+        readings = seen.readings(model)
         after = prior.log_density(moved) - 0.5 * _quadratic(seen, point, readings)
         if np.isfinite(after) and after > before:
             jacobian = _followed(seen, point, readings, moved - phi)

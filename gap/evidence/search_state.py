@@ -73,7 +73,7 @@ class EvidenceSearch:
     @property
     def null(self) -> Hypothesis:
         """The set of none."""
-        return next(h for h in self.fitted if not h.suspects)
+        return self.fit_of(frozenset())
 
     def weight(self, hypothesis: Hypothesis) -> Weight:
         """Of a fitted set, by the logs that are fitted."""
@@ -89,9 +89,11 @@ class EvidenceSearch:
 
     def log_mass_with(self, waiting: Open, gain: float) -> float:
         """The same, were that its gain over its base as it is fitted now."""
-        base = self.known(waiting.base.labels)
-        assert base is not None
-        return base.log_z + gain + len(waiting.labels) * self.log_odds
+        return self.fit_of(waiting.base.labels).log_z + gain + len(waiting.labels) * self.log_odds
+
+    def fit_of(self, labels: frozenset[str]) -> Hypothesis:
+        """The fit of a set that has one."""
+        return next(h for h in self.fitted if h.labels == labels)
 
     def known(self, labels: frozenset[str]) -> Hypothesis | None:
         """The fit of a set, if there is one."""

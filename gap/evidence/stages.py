@@ -73,8 +73,7 @@ def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         best = search.best
         for suspect in best.suspects:
             search = _less(search, best, suspect)
-            rest = search.known(best.labels - {suspect.label})
-            assert rest is not None
+            rest = search.fit_of(best.labels - {suspect.label})
             search = _rivals_ended(_decided(widened(search, rest), best, tell, 0), best, rest)
         if search.best.labels == best.labels:
             break
@@ -86,8 +85,7 @@ def _less(search: EvidenceSearch, best: Hypothesis, suspect: Suspect) -> Evidenc
     """The best set without one of its suspects, fitted on from where that has led the constants: a fit that has stopped short of its
     valley's floor must not sell the rest to whatever is added next."""
     search = replace(search, fitted=at_best(search.fitted, _fitted(search, tuple(s for s in best.suspects if s is not suspect), best)))
-    rest = search.known(best.labels - {suspect.label})
-    assert rest is not None
+    rest = search.fit_of(best.labels - {suspect.label})
     close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
     return _ended(search, rest) if close and not rest.ended else search
 
@@ -115,8 +113,7 @@ def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         best = max(unsure, key=lambda one: one[0])[1]
         tell(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
         search = _ended(search, best, MOST_PASSES)
-        done = search.known(best.labels)
-        assert done is not None
+        done = search.fit_of(best.labels)
         for suspect in done.suspects:
             search = _less(search, done, suspect)
 
@@ -127,8 +124,7 @@ def _about_best(search: EvidenceSearch) -> EvidenceSearch:
     best, seen = search.best, about(search.seen.experiments, search.seen.scales, search.best.model)
     fitted = tuple(reweighed(seen, h) for h in search.fitted)
     search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
-    there = search.known(best.labels)
-    assert there is not None
+    there = search.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(search, there).at))
     return _ended(search, max(there, afresh, key=lambda one: one.log_z), MOST_PASSES)
 
@@ -149,8 +145,7 @@ def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) 
                 break
         rest = tuple(w for w in search.waiting if w is not first)
         done = _refined(search, first)
-        beside = search.known(first.base.labels)
-        assert beside is not None
+        beside = search.fit_of(first.base.labels)
         tell(f"  {', '.join(sorted(done.labels))}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
         search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))

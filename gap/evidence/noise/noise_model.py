@@ -53,26 +53,30 @@ class Weighed:
 
 def weighed(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
     """`rows`: of every log, rows × windows × samples × channels in units of the noise, 0 where nothing was measured."""
-    grams, logs = [], 0.0
-    for n, (e, known, own) in enumerate(zip(experiments, unknowns, rows, strict=True)):
-        made = filter_of(np.isfinite(e.measured), discrepancy.of_log(n), discrepancy.time_s, sample_period_s(e))
-        grams.append(side_by_side(made, (known.states, known.forms, own), e.workers))
-        logs += float(made.log_det.sum())
+    grams, log_dets = _of_logs(experiments, unknowns, rows, discrepancy)
     found = reduced(grams, [len(u.states) for u in unknowns], len(unknowns[0].forms), discrepancy.share)
-    return Weighed(found.inner, found.log_det + logs)
+    return Weighed(found.inner, found.log_det + sum(float(d.sum()) for d in log_dets))
 
 
 def by_window(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], left: Sequence[Array], discrepancy: Discrepancy) -> Array:
     """ln p of the residuals `left` in every window, one log after the other, with the likeliest shares of other friction; without the
     −½ ln 2π of the readings."""
-    logs, grams = [], []
-    for n, (e, known, own) in enumerate(zip(experiments, unknowns, left, strict=True)):
-        made = filter_of(np.isfinite(e.measured), discrepancy.of_log(n), discrepancy.time_s, sample_period_s(e))
-        grams.append(side_by_side(made, (known.states, known.forms, own[None]), e.workers))
-        logs.append(made.log_det.sum(axis=1))
+    grams, log_dets = _of_logs(experiments, unknowns, [own[None] for own in left], discrepancy)
     states, forms = [len(u.states) for u in unknowns], len(unknowns[0].forms)
     rest = np.append(-likeliest_shares(grams, states, forms, discrepancy.share), 1.0)
-    return np.concatenate([window_densities(g, n, rest) - 0.5 * d for g, n, d in zip(grams, states, logs, strict=True)])
+    return np.concatenate([window_densities(g, n, rest) - 0.5 * d.sum(axis=1) for g, n, d in zip(grams, states, log_dets, strict=True)])
+
+
+def _of_logs(
+    experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], rows: Sequence[Array], discrepancy: Discrepancy
+) -> tuple[list[Array], list[Array]]:
+    """Of every log the inner products [A B x]ᵀ C⁻¹ [A B x] of its windows, and log|C|, windows × channels."""
+    grams, log_dets = [], []
+    for n, (e, known, own) in enumerate(zip(experiments, unknowns, rows, strict=True)):
+        made = filter_of(np.isfinite(e.measured), discrepancy.of_log(n), discrepancy.time_s, sample_period_s(e))
+        grams.append(side_by_side(made, (known.states, known.forms, own), e.workers))
+        log_dets.append(made.log_det)
+    return grams, log_dets
 
 
 def likeliest_shares(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Array:

@@ -35,6 +35,11 @@ class Seen:
     unknowns: tuple[Unknowns, ...]
     model: Model
 
+    def readings(self, model: Model) -> tuple[Array, ...]:
+        """Of every log with a model, windows × samples × channels."""
+        vector = model.vector()
+        return tuple(simulate(e, [vector])[0] for e in self.experiments)
+
     def left(self, readings: Sequence[Array]) -> list[Array]:
         """(measured − simulated) / noise of every log, windows × samples × channels; 0 where nothing was measured."""
         return [residual(e, r).reshape(e.measured.shape) for e, r in zip(self.experiments, readings, strict=True)]
@@ -89,8 +94,7 @@ def about(experiments: Sequence[Experiment], scales: Array, model: Model) -> See
 
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
     """A fitted set as it is, beside what is integrated out now."""
-    vector = hypothesis.model.vector()
-    point = replace(hypothesis.at, readings=tuple(simulate(e, [vector])[0] for e in seen.experiments))
+    point = replace(hypothesis.at, readings=seen.readings(hypothesis.model))
     point = replace(point, discrepancy=rediscovered(seen, point))
     return replace(hypothesis_at(seen, hypothesis.suspects, point), ended=hypothesis.ended)
 

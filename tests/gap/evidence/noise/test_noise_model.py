@@ -67,6 +67,16 @@ def log(draw: np.random.Generator) -> tuple[Any, Unknowns]:
     return Log(measured, np.array([0.5, 2.0])), Unknowns(states, forms)
 
 
+def dense_of_window(e: Any, unknowns: Unknowns, w: int, sd: NDArray[np.float64], time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """C + A Aᵀ of one window's samples that are there, channels side by side; `sd`, `time_s`: one a channel."""
+    there, full = np.isfinite(e.measured[w]), np.zeros((40, 40))
+    for c in range(2):
+        at = 2 * np.flatnonzero(there[:, c]) + c
+        full[np.ix_(at, at)] = dense(there[:, c], float(sd[c]), float(time_s[c]))
+    a, keep = unknowns.states[:, w].reshape(3, 40), there.ravel()
+    return np.asarray((full + a.T @ a)[np.ix_(keep, keep)])
+
+
 def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix() -> None:
     draw = np.random.default_rng(5)
     logs, unknowns = zip(*(log(draw) for _ in range(2)), strict=True)
@@ -76,13 +86,8 @@ def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix
     blocks, flat, forms = [], [], []
     for e, known, own in zip(logs, unknowns, rows, strict=True):
         for w in range(5):
-            there = np.isfinite(e.measured[w])
-            full = np.zeros((40, 40))
-            for c in range(2):
-                at = 2 * np.flatnonzero(there[:, c]) + c
-                full[np.ix_(at, at)] = dense(there[:, c], float(discrepancy.sd[c]), float(discrepancy.time_s[c]))
-            a, keep = known.states[:, w].reshape(3, 40), there.ravel()
-            blocks.append((full + a.T @ a)[np.ix_(keep, keep)])
+            keep = np.isfinite(e.measured[w]).ravel()
+            blocks.append(dense_of_window(e, known, w, discrepancy.sd, discrepancy.time_s))
             flat.append(own[:, w].reshape(4, 40)[:, keep])
             forms.append(known.forms[:, w].reshape(2, 40)[:, keep])
     x, b = np.concatenate(flat, axis=1), np.concatenate(forms, axis=1)
@@ -111,12 +116,7 @@ def test_windows_with_a_discrepancy_of_their_own_size_against_dense_matrices() -
     made = weighed([e], [replace(unknowns, forms=unknowns.forms[:0])], [np.zeros((1, 5, 20, 2))], discrepancy)
     logs = 0.0
     for w in range(5):
-        there, full = np.isfinite(e.measured[w]), np.zeros((40, 40))
-        for c in range(2):
-            at = 2 * np.flatnonzero(there[:, c]) + c
-            full[np.ix_(at, at)] = dense(there[:, c], float(discrepancy.sd[c] * times[w, c]), float(discrepancy.time_s[c]))
-        a, keep = unknowns.states[:, w].reshape(3, 40), there.ravel()
-        logs += np.linalg.slogdet((full + a.T @ a)[np.ix_(keep, keep)])[1]
+        logs += np.linalg.slogdet(dense_of_window(e, unknowns, w, discrepancy.sd * times[w], discrepancy.time_s))[1]
     assert made.log_det == pytest.approx(logs)
 
 
@@ -130,13 +130,9 @@ def test_what_windows_say_one_by_one_against_dense_matrices() -> None:
     expected = []
     for e, unknowns, r, own in zip(logs, known, left, times, strict=True):
         for w in range(5):
-            there, full = np.isfinite(e.measured[w]), np.zeros((40, 40))
-            for c in range(2):
-                at = 2 * np.flatnonzero(there[:, c]) + c
-                full[np.ix_(at, at)] = dense(there[:, c], float(discrepancy.sd[c] * own[w, c]), float(discrepancy.time_s[c]))
-            a, keep = unknowns.states[:, w].reshape(3, 40), there.ravel()
-            zero = np.zeros(int(keep.sum()))
-            of_window = multivariate_normal(zero, (full + a.T @ a)[np.ix_(keep, keep)])
+            keep = np.isfinite(e.measured[w]).ravel()
+            covariance = dense_of_window(e, unknowns, w, discrepancy.sd * own[w], discrepancy.time_s)
+            of_window = multivariate_normal(np.zeros(len(covariance)), covariance)
             expected.append(of_window.logpdf(r[w].ravel()[keep]) + 0.5 * keep.sum() * np.log(2.0 * np.pi))
     np.testing.assert_allclose(by_window(logs, known, left, discrepancy), expected, atol=1e-6)
 
