@@ -86,7 +86,7 @@ def find(
 def search_gap(
     loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], progress: Progress, settings: Settings = DEFAULTS
 ) -> Found:
-    """The search on logs in memory. Its threads are its own: those of BLAS beside them made one step five times slower (162 s of processor time instead of 34)."""
+    """The search on logs in memory. Its threads are its own: those of BLAS beside them made one step five times slower."""
     with threadpool_limits(limits=1, user_api="blas"):
         return _searched(loaded, fit_logs, holdout_logs, progress, settings)
 
