@@ -42,15 +42,19 @@ class LinkCalibration(Section):
 
 
 class JointCalibration(Section):
-    """One fit of gain / (s (s² + damping s + stiffness)) from command to position; plain numbers in rad or m, V and s."""
+    """One fit of gain / (s (s² + damping s + stiffness)) from command to position, of a single axis behind its valve's second-order lag;
+    plain numbers in rad or m, V and s."""
 
     joint: str
     amplitude: float = Field(description="of the excitation as the maneuver has it, V on the command")
     extension_m: float | None = quantity("m", "mean over the run", None, low=0, high=100)
     oil_temperature_C: float | None = quantity("degC", "mean over the run", None, low=-40, high=150)
+    position: float | None = Field(default=None, description="of a single axis, mean over the run")
     gain: float
     damping: float
     stiffness: float
+    valve_frequency_Hz: float | None = quantity("Hz", "of a single axis: its valve, delays of the buses in it", None, low=0, high=1e5)
+    valve_damping: float | None = Field(default=None, description="of a single axis: damping ratio of the valve")
     uncertainty: dict[str, float] = Field(default_factory=dict, description="relative, by name of the number")
     worst_dB: float = Field(description="largest error of the fit, magnitude")
     worst_deg: float = Field(description="largest error of the fit, phase")

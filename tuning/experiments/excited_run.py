@@ -22,7 +22,8 @@ KINDS = ("sine_sweep", "multisine")
 
 @dataclass(frozen=True, slots=True)
 class ResponseConditions:
-    """Under which a response holds. Amplitude as in the maneuver (V on the command, rad or m on the reference); NaN: not measured."""
+    """Under which a response holds. Amplitude as in the maneuver (V on the command, rad or m on the reference); `position`: where a single
+    axis stood (rad or m). NaN: not measured, or not of such a rig."""
 
     joint: str
     on: str
@@ -30,6 +31,7 @@ class ResponseConditions:
     extension_m: float
     oil_C: float
     payload_kg: float
+    position: float = nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +78,7 @@ def _excited(log: Log, run: int, request: RunRequest, rows: Column) -> ExcitedRu
     conditions = ResponseConditions(
         joint, on, float(np.max(np.abs(excitation - excitation[0]))), _mean(log, "prismatic.position", part), _oil_C(log, joint, part),
         rig.link_mode.payload_kg if rig.link_mode is not None else nan,
+        _mean(log, f"{joint}.position", part) if rig.arm.kind == "single_axis" else nan,
     )  # fmt: skip
     command, position = (
         without_gaps(np.asarray(log.columns[f"{joint}.{name}"][part], dtype=np.float64)) for name in ("command_V", "position")

@@ -13,6 +13,7 @@ from config.progress import Progress
 from config.schema.rig import LinkMode, Rig
 from recording.files.reader import Log, open_rig, read_log
 from tuning.experiments.excited_run import ExcitedRun, excited_runs
+from tuning.linear.linear_axis import is_hydraulic_axis
 from tuning.link_and_payload.free_vibration import FreeVibration, free_vibrations
 from tuning.link_and_payload.link_map import LinkMap, link_map
 from tuning.link_and_payload.payload import PayloadEstimate, clamped_Hz, disagreement, identify_payload
@@ -20,6 +21,7 @@ from tuning.link_and_payload.tip_balance import tip_balance
 from tuning.link_and_payload.tip_record import TipRecord, tip_records
 from tuning.oil.oil_from_logs import Steady, oil_rows, steady_motion
 from tuning.oil.oil_table import OilRow
+from tuning.responses.axis_fit import fit_axis
 from tuning.responses.frequency_response import FrequencyResponse, combined, sweep_response
 from tuning.responses.multisine_response import multisine_response
 from tuning.responses.response_bounds import Bounds, bounds
@@ -124,10 +126,16 @@ class _Gathered:
         for run in self._excited:
             response = multisine_response(run) if run.maneuver["kind"] == "multisine" else sweep_response(run)
             at = response.conditions
-            place = f"{at.extension_m:.2f} {at.oil_C / 2.0:.0f} {at.payload_kg:.3f}"  # as text: what is not measured is NaN
+            where = f"{at.extension_m:.2f} {self._share(at.joint, at.position):.2f}"  # as text: what is not measured is NaN
+            place = f"{where} {at.oil_C / 2.0:.0f} {at.payload_kg:.3f}"
             key = (response.source, at.joint, at.on, run.maneuver["amplitude"], place, len(response.frequencies_Hz))
             groups.setdefault(key, []).append(response)
         return list(groups.values())
+
+    def _share(self, joint: str, position: float) -> float:
+        """Of the travel of a single axis."""
+        low, high = self.rig().joints[joint].travel
+        return (position - low) / (high - low)
 
     def by_payload(self) -> list[tuple[LinkMode, list[TipRecord]]]:
         groups: list[tuple[LinkMode, list[TipRecord]]] = []
@@ -149,11 +157,17 @@ def _try(log: Log, find: Callable[[Log], list[Found]], why: list[str]) -> list[F
 
 
 def _fitted(rig: Rig, response: FrequencyResponse) -> Response:
+    if is_hydraulic_axis(rig):
+        return _with(response, fit_axis)
     at, link = response.conditions, rig.link_mode
     clamped = clamped_Hz(link, at.payload_kg, at.extension_m) if link is not None and at.joint == "rotary" else None
     visible = clamped is not None and clamped < LINK_IN_BAND * response.frequencies_Hz[-1]
+    return _with(response, lambda measured: fit_joint(measured, clamped if visible else None))
+
+
+def _with(response: FrequencyResponse, fit: Callable[[FrequencyResponse], JointFit]) -> Response:
     try:
-        return Response(response, fit_joint(response, clamped if visible else None))
+        return Response(response, fit(response))
     except LogError:
         return Response(response, None)
 

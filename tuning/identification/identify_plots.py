@@ -16,15 +16,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from config.loading.stated_units import sentence_units
+from config.schema.rig import Rig
 from config.stated_sentences import StatedSentences
 from config.whole_file import write_whole
 from tuning.arrays import Floats
 from tuning.identification.identification import Identification, Response
 from tuning.link_and_payload.link_map import LinkMap, MapPoint
 from tuning.oil.oil_table import as_override
+from tuning.responses.response_fit import VALVE_NAMES
 
 _STYLE = {"font.size": 13, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.5, "legend.fontsize": 9}
-_VARIED = {"amplitude": "amplitude", "extension_m": "extension", "oil_C": "oil temperature", "payload_kg": "payload", "all": "everything"}
+_VARIED = {"amplitude": "amplitude", "extension_m": "extension", "position": "position", "oil_C": "oil temperature",
+           "payload_kg": "payload", "all": "everything"}  # fmt: skip
 NOT_KNOWN = "damping not seen in these moves: `longreach identify --what map` measures it"
 _SIZE_IN, _DOTS_PER_INCH = (15.0, 8.5), 100
 _CSS = "body{font:16px/1.5 sans-serif;max-width:70em;margin:2em auto;padding:0 1em}img{max-width:100%}"
@@ -34,7 +37,7 @@ def write_pictures(found: Identification, out: Path) -> list[Path]:
     """PNG files and index.html in the directory `out`; which of them there are depends on what was identified."""
     drawn: dict[str, bytes] = {}
     if found.responses:
-        drawn["responses.png"] = _picture(lambda figure: _responses(figure, found.responses))
+        drawn["responses.png"] = _picture(lambda figure: _responses(figure, found))
     if found.bounds:
         drawn["bounds.png"] = _picture(lambda figure: _bounds(figure, found))
     if any(link.map is not None for link in found.links):
@@ -57,24 +60,25 @@ def _picture(draw: Callable[[Figure], None]) -> bytes:
         return buffer.getvalue()
 
 
-def label(response: Response) -> str:
+def label(rig: Rig, response: Response) -> str:
     """Conditions of a response in few words."""
     at = response.measured.conditions
+    unit = "rad" if rig.joints[at.joint].motion == "rotary" else "m"
     amplitude = f"{at.amplitude:.2g} {'V' if at.on == 'command' else 'rad or m'}"
-    measured = ((at.extension_m, ".4f", "m"), (at.oil_C, ".0f", "°C"), (at.payload_kg, ".3f", "kg"))
+    measured = ((at.extension_m, ".4f", "m"), (at.position, ".4f", unit), (at.oil_C, ".0f", "°C"), (at.payload_kg, ".3f", "kg"))
     return ", ".join(
         [f"{response.measured.source} {at.joint}: {amplitude}", *(f"{v:{d}} {unit}" for v, d, unit in measured if np.isfinite(v))]
     )
 
 
-def _responses(figure: Figure, responses: list[Response]) -> None:
+def _responses(figure: Figure, found: Identification) -> None:
     """Multisines with points, sweeps as lines, fits dashed; one colour a response."""
     axes = figure.subplots(2, 2)
     colours = colormaps["tab20"].colors  # type: ignore[attr-defined]
-    for number, response in enumerate(responses):
+    for number, response in enumerate(found.responses):
         measured, colour = response.measured, colours[number % len(colours)]
         f, style = measured.frequencies_Hz, "." if measured.source == "multisine" else "-"
-        axes[0, 0].plot(f, 20.0 * np.log10(np.abs(measured.response)), style, color=colour, label=label(response))
+        axes[0, 0].plot(f, 20.0 * np.log10(np.abs(measured.response)), style, color=colour, label=label(found.rig, response))
         axes[1, 0].plot(f, np.degrees(np.unwrap(np.angle(measured.response))), style, color=colour)
         axes[1, 1].plot(f, measured.coherence, style, color=colour)
         if response.fit is not None:
@@ -148,7 +152,7 @@ def summary(found: Identification, si: bool = False) -> list[str]:
 
 
 def _summary(found: Identification) -> list[str]:
-    lines = [_response_line(response) for response in found.responses]
+    lines = [_response_line(found.rig, response) for response in found.responses]
     lines += [
         f"bounds over {_VARIED[b.varied]} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees" for b in found.bounds
     ]
@@ -190,8 +194,8 @@ def _rings(point: MapPoint) -> str:
     return f"rings at {point.ring_Hz:.3f} Hz, " if np.isfinite(point.ring_Hz) else ""
 
 
-def _response_line(response: Response) -> str:
-    head = f"{label(response)}: coherence {float(np.min(response.measured.coherence)):.3f} at least"
+def _response_line(rig: Rig, response: Response) -> str:
+    head = f"{label(rig, response)}: coherence {float(np.min(response.measured.coherence)):.3f} at least"
     for name, part in (("odd", response.measured.odd), ("even", response.measured.even)):
         if part is not None and len(part.level_dB):
             head += f", {name} distortion {np.median(part.level_dB):.0f} dB (noise {np.median(part.noise_dB):.0f})"
@@ -200,5 +204,8 @@ def _response_line(response: Response) -> str:
     values, sure = response.fit.values, response.fit.uncertainty
     named = {"velocity gain": (response.fit.velocity_gain, sure["velocity_gain"]), "lag (s)": (response.fit.lag_s, sure["lag"])}
     named |= {name: (values[name], sure[name]) for name in ("gain", "damping", "stiffness")}
+    if "valve_Hz" in values:
+        named |= {"natural frequency (Hz)": (response.fit.natural_Hz, 0.5 * sure["stiffness"])}
+        named |= {name: (values[name], sure[name]) for name in VALVE_NAMES if sure[name] < 1.0}  # a quick one is not seen in the band
     numbers = ", ".join(f"{name} {value:.4g} ± {100 * share:.0f} %" for name, (value, share) in named.items())
     return f"{head}; {numbers}; fit within {response.fit.worst_dB:.1f} dB, {response.fit.worst_deg:.0f} degrees"

@@ -16,6 +16,7 @@ from config.loading.calibration_record import load_record
 from config.whole_file import write_whole
 from tuning.identification.identification import Identification, LinkFound, Response
 from tuning.responses.frequency_response import Distortion, FrequencyResponse
+from tuning.responses.response_fit import NAMES, JointFit
 
 VALID_DAYS = 180
 DIGITS = 7
@@ -106,18 +107,27 @@ def _joint(response: Response) -> dict[str, Any]:
         "joint": at.joint,
         "amplitude": _short(at.amplitude),
         **{name: f"{value:{digits}} {unit}" for name, (value, digits, unit) in measured.items() if isfinite(value)},
-        **{name: _short(fit.values[name]) for name in ("gain", "damping", "stiffness")},
+        **({"position": _short(at.position)} if isfinite(at.position) else {}),
+        **{name: _short(fit.values[name]) for name in NAMES},
+        **_valve(fit),
         "uncertainty": {name: _short(value) for name, value in fit.uncertainty.items()},
         "worst_dB": _short(fit.worst_dB),
         "worst_deg": _short(fit.worst_deg),
     }
 
 
+def _valve(fit: JointFit) -> dict[str, Any]:
+    """Of a single axis."""
+    if "valve_Hz" not in fit.values:
+        return {}
+    return {"valve_frequency": f"{fit.values['valve_Hz']:.5g} Hz", "valve_damping": _short(fit.values["valve_damping"])}
+
+
 def _response(measured: FrequencyResponse) -> dict[str, Any]:
     at = measured.conditions
     return {
         "source": measured.source,
-        "conditions": {name: _number(getattr(at, name)) for name in ("joint", "on", "amplitude", "extension_m", "oil_C", "payload_kg")},
+        "conditions": {name: _number(getattr(at, name)) for name in at.__slots__},
         "frequencies_Hz": _list(measured.frequencies_Hz),
         "magnitude_dB": _list(20.0 * np.log10(np.abs(measured.response))),
         "phase_deg": _list(np.degrees(np.unwrap(np.angle(measured.response)))),

@@ -32,9 +32,12 @@ def is_hydraulic_axis(rig: Rig) -> bool:
     return all(getattr(joint, "valve", None) is not None for joint in rig.plant.joints.values())
 
 
-def linear_axis(rig: Rig, position: float, opening: float = 0.0, temperature_C: float | None = None) -> LinearArm:
+def linear_axis(
+    rig: Rig, position: float, opening: float = 0.0, temperature_C: float | None = None, *, valve_lag: bool = True
+) -> LinearArm:
     """Linearise the axis at a position (m or rad) where its spool is open by a share of its stroke, and it slides as fast as that makes it.
 
+    `valve_lag` False: the spool follows at once, for load and oil alone.
     ManeuverError for a rig without a hydraulic axis, and where no steady sliding is found.
     """
     if not is_hydraulic_axis(rig):
@@ -44,9 +47,9 @@ def linear_axis(rig: Rig, position: float, opening: float = 0.0, temperature_C: 
     values, slot = plant.parameters.values, plant.parameters.offset(J.KIND, name) // len(J)
     values[[plant.parameters.offset(J.COULOMB, name), plant.parameters.offset(J.STICTION, name)]] = 0.0
     lag = plant.parameters.offset(J.VALVE_TIME, name)
-    at_once = values[lag] == 0.0
-    values[lag] = NO_LAG_S if at_once else values[lag]
+    at_once = values[lag] == 0.0 or not valve_lag
     plant.reset([position], temperature_C)
+    values[lag] = NO_LAG_S if at_once else values[lag]
     base, first = plant.state.copy(), slot * D_STRIDE
     base[first + D.VELOCITY] = base[first + D.SPOOL_RATE] = 0.0
     if opening:

@@ -18,9 +18,10 @@ from tuning.limit_cycles.exact_cycle import Cycle, ExactLoop
 from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
 from tuning.linear.linear_arm import LinearArm, linear_arm
-from tuning.loop_design.amplitude_members import MeasuredPlant, amplitude_members
+from tuning.loop_design.amplitude_members import amplitude_members
 from tuning.loop_design.axis_design import axis_problem, position_response
 from tuning.loop_design.lag_lead_design import Demands, Design, DesignProblem, PlantResponse, at_pace, search
+from tuning.loop_design.measured_plant import MeasuredPlant
 from tuning.loop_design.rotary_joint import DesignedJoint, designed_joint
 from tuning.loop_design.workspace import OVERLOAD, UNLOADED, Place, extension_m, places_in
 from tuning.transfer import lag_lead
@@ -137,17 +138,25 @@ def worst_damping(places: Sequence[OperatingPoint], period_s: float, kept: float
     return min(found, default=inf)
 
 
-def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: int = EFFORT, largest_cycle: float = inf) -> ArmDesign:
+def design(
+    rig: Rig,
+    tip_gain: float,
+    demands: Demands | None = None,
+    effort: int = EFFORT,
+    largest_cycle: float = inf,
+    measured: Sequence[MeasuredPlant] = (),
+) -> ArmDesign:
     """Search lag-lead and pure gain for the arm's rotary joint or a single axis; gains are in V/rad (or V/m).
 
-    `largest_cycle`: load amplitude of an arm's hunting that is allowed, in H_c. Lag makes the loop hunt, so while the cycle is too large
-    the search goes on with less of it. The hunting of a single axis is not computed: its friction is not known to yield as the arm's does.
+    `measured`: responses of that joint on the rig, on which the margins are kept too. `largest_cycle`: load amplitude of an arm's hunting
+    that is allowed, in H_c. Lag makes the loop hunt, so while the cycle is too large the search goes on with less of it. The hunting of a
+    single axis is not computed: its friction is not known to yield as the arm's does.
     """
     if rig.arm.kind == "single_axis":
-        problem = axis_problem(rig, demands)
+        problem = with_measured(axis_problem(rig, demands), measured)
         pure, found = search(problem, with_sections=False, effort=effort), search(problem, effort=effort)
         return ArmDesign(problem, found, pure, max(found, pure, key=lambda one: one.stiffness_gain_dB), ())
-    problem, joint = arm_problem(rig, tip_gain, demands), _joint(rig)
+    problem, joint = with_measured(arm_problem(rig, tip_gain, demands), measured), _joint(rig)
     pure = search(problem, with_sections=False, effort=effort)
     found = search(problem, effort=effort)
     while _cycle_size(joint, found.servo) > largest_cycle and problem.demands.lag_ratio > 1.01:
@@ -156,6 +165,11 @@ def design(rig: Rig, tip_gain: float, demands: Demands | None = None, effort: in
     allowed = _cycle_size(joint, found.servo) <= largest_cycle
     chosen = found if allowed and found.stiffness_gain_dB > pure.stiffness_gain_dB else pure
     return ArmDesign(problem, found, pure, chosen, hunting(joint, chosen.servo))
+
+
+def with_measured(problem: DesignProblem, measured: Sequence[MeasuredPlant]) -> DesignProblem:
+    """The problem whose family has these members too."""
+    return replace(problem, plants=(*problem.plants, *measured))
 
 
 def _cycle_size(joint: DesignedJoint, servo: Servo) -> float:

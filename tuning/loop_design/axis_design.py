@@ -19,8 +19,8 @@ from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
 from tuning.linear.linear_arm import LinearArm
 from tuning.linear.linear_axis import is_hydraulic_axis, linear_axis
+from tuning.linear.pace import pace_of
 from tuning.loop_design.lag_lead_design import Demands, DesignProblem, at_pace
-from tuning.loop_design.rotary_joint import pace_of
 from tuning.variants import plant_of
 
 SHARES = (0.0, 0.5, 1.0)  # of the travel

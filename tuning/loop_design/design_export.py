@@ -27,8 +27,8 @@ from config.whole_file import whole_file
 from tuning.linear.family import GAINS, sampled_compensator
 from tuning.linear.linear_arm import linear_arm
 from tuning.linear.margins import GRID_HZ
-from tuning.loop_design.amplitude_members import MeasuredPlant
 from tuning.loop_design.arm_design import DELAY_CYCLES, ArmDesign, kept_damping, operating_points
+from tuning.loop_design.measured_plant import MeasuredPlant
 from tuning.loop_design.workspace import UNLOADED, places_in
 from tuning.transfer import lag_lead
 from tuning.variants import plant_of

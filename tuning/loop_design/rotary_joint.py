@@ -1,26 +1,24 @@
 """The joint that a compensator is searched for: the paper's measured one, or this rig's own, and how fast it is beside the paper's.
 
 The limits of the search (band, corners, frequencies of the sine tests) were set for the paper's joint; for another one they are moved
-by the ratio of the frequencies at which the joint lags its command by 180 degrees, where stability ends without a compensator.
+by its pace.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, radians, sqrt
+from math import pi, radians
 
 import control
 import numpy as np
 
-from config.errors import ManeuverError
 from config.schema.rig import Rig
-from tuning.eq4 import PRODUCT_PER_S2
 from tuning.linear.family import GAINS
 from tuning.linear.linear_arm import LinearArm
+from tuning.linear.pace import pace_of
 from tuning.transfer import EQ4
 
 SLOW_HZ = 0.5  # an integrator yet: velocity per volt
-SPAN_HZ = (0.05, 500.0, 2000)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,24 +38,3 @@ def designed_joint(rig: Rig, arm: LinearArm) -> DesignedJoint:
     if low <= gain_ratio <= high and low <= pace <= high:
         return DesignedJoint(radians(1.0) * EQ4, 1.0)
     return DesignedJoint(arm.system()[0, 0], pace)
-
-
-def pace_of(rig: Rig, joint: LinearArm) -> float:
-    """How many times as fast as the paper's joint."""
-    return _phase_crossover_rad_per_s(rig, joint) / sqrt(PRODUCT_PER_S2)
-
-
-def _phase_crossover_rad_per_s(rig: Rig, arm: LinearArm) -> float:
-    omega = 2.0 * pi * np.geomspace(*SPAN_HZ)
-    phase = np.unwrap(np.angle(arm.response(omega, arm.position)))
-    beyond = np.flatnonzero(phase < -pi)
-    if not len(beyond):
-        low, high, _ = SPAN_HZ
-        raise ManeuverError(
-            "the joint never lags by 180 degrees: no gain of it is limited",
-            limit=f"{low:g} to {high:g}",
-            unit="Hz",
-            where=rig.name,
-            next_step="Look at plant.joints and its valve_lag.",
-        )
-    return float(omega[beyond[0]])

@@ -11,8 +11,8 @@ from tuning.arrays import Floats
 from tuning.responses.frequency_response import FrequencyResponse
 
 POINTS = 40
-VARIED = ("amplitude", "extension_m", "oil_C", "payload_kg")
-SAME = {"amplitude": 1e-3, "extension_m": 0.02, "oil_C": 2.0, "payload_kg": 0.05}
+VARIED = ("amplitude", "extension_m", "position", "oil_C", "payload_kg")
+SAME = {"amplitude": 1e-3, "extension_m": 0.02, "position": 0.02, "oil_C": 2.0, "payload_kg": 0.05}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,13 +1,15 @@
 """The form of the paper's Eq 4 fitted to a measured response: θ/u = K / (s (s² + a s + b)), with the flexible link where it shows.
 
 link: (s² + 2ζ_z ω_z s + ω_z²)/(s² + 2ζ_p ω_p s + ω_p²) · ω_p²/ω_z²       clamped antiresonance, free resonance
+valve: ω_v²/(s² + 2ζ_v ω_v s + ω_v²)                                        of a single axis, see `axis_fit`
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import degrees, log, pi, radians, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -27,20 +29,30 @@ JOINT_FACTORS, ZERO_SHARE = (30.0, 10.0, 10.0), 0.15
 LINK_LIMITS = ((0.7, 4.0), (1e-3, 0.3), (1e-3, 1.0))
 LARGEST_SIGMA = 0.3  # a less certain line is not used
 NAMES, LINK_NAMES = ("gain", "damping", "stiffness"), ("antiresonance_Hz", "resonance_ratio", "antiresonance_damping", "resonance_damping")
+VALVE_NAMES = ("valve_Hz", "valve_damping")
+Form = Callable[[Floats, Floats], Complexes]  # logarithms of the parameters, frequencies in rad/s
 
 
 @dataclass(frozen=True, slots=True)
 class JointFit:
     """K in rad (or m) per V·s³, a in 1/s, b in 1/s², by name in `values`, with two standard deviations in `uncertainty` (relative);
-    with the link also its four numbers. `velocity_gain` = K/b (per V·s) and `lag_s` = a/b are known better than the three, which compensate
-    each other; they are what a feed-forward needs.
+    with the link also its four numbers, of a single axis its valve's two. `velocity_gain` = K/b (per V·s) and `lag_s` = a/b are known
+    better than the three, which compensate each other; they are what a feed-forward needs.
     Errors left: largest over the band, in dB and degrees."""
 
     values: dict[str, float]
     uncertainty: dict[str, float]
     worst_dB: float
     worst_deg: float
-    with_link: bool
+
+    @property
+    def natural_Hz(self) -> float:
+        """√b: of load and oil."""
+        return sqrt(self.values["stiffness"]) / (2.0 * pi)
+
+    @property
+    def damping_ratio(self) -> float:
+        return 0.5 * self.values["damping"] / sqrt(self.values["stiffness"])
 
     @property
     def velocity_gain(self) -> float:
@@ -51,7 +63,8 @@ class JointFit:
         return self.values["damping"] / self.values["stiffness"]
 
     def __call__(self, frequencies_Hz: Floats) -> Complexes:
-        return _model(np.log([self.values[name] for name in (*NAMES, *(LINK_NAMES if self.with_link else ()))]), 2.0 * pi * frequencies_Hz)
+        form = with_valve if VALVE_NAMES[0] in self.values else _model
+        return form(np.log(list(self.values.values())), 2.0 * pi * frequencies_Hz)
 
 
 def fit_joint(response: FrequencyResponse, clamped_Hz: float | None = None, band_Hz: Sequence[float] = (0.0, 1e9)) -> JointFit:
@@ -59,34 +72,53 @@ def fit_joint(response: FrequencyResponse, clamped_Hz: float | None = None, band
 
     `clamped_Hz`: where the link's antiresonance is expected; None: Eq 4 alone. LogError for fewer lines than parameters.
     """
-    omega, measured, sigma = _believed_lines(response, band_Hz)
+    lines = believed_lines(response, band_Hz)
     start = [*START, *([log(clamped_Hz), *np.log(LINK_START)] if clamped_Hz is not None else [])]
-    if 2 * len(omega) < len(start) + 2:
-        raise LogError("too few lines for the fit", value=len(omega), limit=len(start) // 2 + 2, where=f"response of {response.source}")
-    weight = 1.0 / np.maximum(sigma, LEAST_SIGMA)
+    enough_lines(lines, len(start), response)
     guess = np.array(start)
-    guess[0] += float(np.median(np.log(np.abs(measured) / np.abs(_model(guess, omega)))))
+    guess[0] += float(np.median(np.log(np.abs(lines.measured) / np.abs(_model(guess, lines.omega)))))
+    names = (*NAMES, *(LINK_NAMES if clamped_Hz is not None else ()))
+    return fitted(lines, names, _model, guess, _limits(guess))[0]
+
+
+def fitted(lines: Lines, names: Sequence[str], form: Form, guess: Floats, limits: tuple[Floats, Floats]) -> tuple[JointFit, float]:
+    """The fit of a form to lines from a guess of its logarithms, and what is left of the weighted squares."""
+    weight = 1.0 / np.maximum(lines.sigma, LEAST_SIGMA)
 
     def misfit(parameters: Floats) -> Floats:
-        error = np.log(measured / _model(parameters, omega))
+        error = np.log(lines.measured / form(parameters, lines.omega))
         return np.concatenate([weight * error.real, weight * error.imag])
 
-    best = least_squares(misfit, guess, bounds=_limits(guess), loss="soft_l1", f_scale=3.0)
-    left = np.log(measured / _model(best.x, omega))
-    names = (*NAMES, *(LINK_NAMES if clamped_Hz is not None else ()))
-    return JointFit(
+    best = least_squares(misfit, guess, bounds=limits, loss="soft_l1", f_scale=3.0)
+    left = np.log(lines.measured / form(best.x, lines.omega))
+    found = JointFit(
         dict(zip(names, np.exp(best.x).tolist(), strict=True)),
         _uncertainty(names, best.jac, misfit(best.x)),
         float(np.max(np.abs(left.real))) * 20.0 / log(10.0),
         degrees(float(np.max(np.abs(left.imag)))),
-        clamped_Hz is not None,
     )
+    return found, float(best.cost)
 
 
-def _believed_lines(response: FrequencyResponse, band_Hz: Sequence[float]) -> tuple[Floats, Complexes, Floats]:
-    """Frequency in rad/s, value and relative standard deviation of the lines in the band that are known well enough."""
+class Lines(NamedTuple):
+    """Frequency in rad/s, value and relative standard deviation."""
+
+    omega: Floats
+    measured: Complexes
+    sigma: Floats
+
+
+def enough_lines(lines: Lines, parameters: int, response: FrequencyResponse) -> None:
+    """LogError for fewer lines than parameters."""
+    if 2 * len(lines.omega) < parameters + 2:
+        where = f"response of {response.source}"
+        raise LogError("too few lines for the fit", value=len(lines.omega), limit=parameters // 2 + 2, where=where)
+
+
+def believed_lines(response: FrequencyResponse, band_Hz: Sequence[float] = (0.0, 1e9)) -> Lines:
+    """The lines in the band that are known well enough."""
     used = (response.frequencies_Hz >= band_Hz[0]) & (response.frequencies_Hz <= band_Hz[1]) & (response.sigma < LARGEST_SIGMA)
-    return 2.0 * pi * response.frequencies_Hz[used], response.response[used], response.sigma[used]
+    return Lines(2.0 * pi * response.frequencies_Hz[used], response.response[used], response.sigma[used])
 
 
 def _uncertainty(names: Sequence[str], jacobian: Floats, residuals: Floats) -> dict[str, float]:
@@ -108,6 +140,13 @@ def _limits(guess: Floats) -> tuple[Floats, Floats]:
         limits += [(guess[3] + log(1.0 - ZERO_SHARE), guess[3] + log(1.0 + ZERO_SHARE)), *((log(a), log(b)) for a, b in LINK_LIMITS)]
     low, high = np.array(limits).T
     return low, high
+
+
+def with_valve(parameters: Floats, omega: Floats) -> Complexes:
+    """Eq 4's form behind a valve; the last two parameters are the valve's frequency (Hz) and damping ratio."""
+    frequency_Hz, damping = np.exp(parameters[-2:])
+    s = 1j * omega / (2.0 * pi * frequency_Hz)
+    return np.asarray(_model(parameters[:-2], omega) / (1.0 + 2.0 * damping * s + s**2), dtype=np.complex128)
 
 
 def _model(parameters: Floats, omega: Floats) -> Complexes:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from config.errors import LongreachError
-from daemon.cli.commission import at_rest, moving, tuned
+from daemon.cli.commission import at_rest, identified, moving, tuned
 from daemon.cli.commission.context import Context
 from daemon.cli.commission.record import Commissioning, Outcome, StepRecord, hash_of, record_of
 
@@ -26,7 +26,7 @@ STEPS = (
     CommissionStep("safe state", at_rest.safe_state, "docs/guide/operate/arming.md#prove-the-safe-state"),
     CommissionStep("polarity and null", moving.polarity, "docs/guide/rig/wiring.md#4-the-first-valve"),
     CommissionStep("stop in motion", moving.stop_in_motion, "docs/guide/operate/stop.md"),
-    CommissionStep("identification", tuned.identification, "docs/guide/model/identify.md"),
+    CommissionStep(identified.IDENTIFICATION, identified.identification, "docs/guide/model/identify.md"),
     CommissionStep("design", tuned.servo_design, "docs/guide/model/identify.md"),
     CommissionStep(tuned.SHAPED_MOVE, tuned.first_shaped_move, "docs/guide/operate/maneuvers.md"),
     CommissionStep("gap", tuned.gap, "docs/guide/model/find-the-gap.md"),

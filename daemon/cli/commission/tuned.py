@@ -1,85 +1,34 @@
-"""The steps that make the arm move well: identification, design, the first shaped move, what the model lacks."""
+"""The steps that make the arm move well: design, the first shaped move, what the model lacks."""
 
 from __future__ import annotations
 
 import dataclasses
-import datetime
 from collections.abc import Mapping
 from pathlib import Path
 
 from config.errors import ManeuverError
 from config.loading.load import rig_from_text
 from config.loading.overrides import apply_overrides
-from config.loading.stand_in import with_simulated_devices
-from config.schema.rig import Rig
 from config.whole_file import write_whole
-from daemon.cli.commission.bench import DaemonBench, Ran
+from daemon.cli.commission.bench import Ran
 from daemon.cli.commission.context import Context
+from daemon.cli.commission.identified import measured_joint
 from daemon.cli.commission.record import Outcome, Value
 from daemon.cli.commission.usual_moves import Request, two_runs
-from daemon.cli.tune.identify_runs import in_lockstep
 from daemon.reports.run_report import write_reports
 from recording.evaluation.vibration import hold_vibration, rms_mps2
 from recording.files.reader import read_log
-from tuning.experiments.experiments import Campaign, default_extensions, experiments, must_ring
-from tuning.identification.identification import Identification, identify
-from tuning.identification.identify_plots import summary
-from tuning.identification.record_file import write_record, write_results
 from tuning.loop_design.arm_design import as_overrides, design, designed_name, shown_gain
 
-ARM = "rotary_prismatic"
-VALID_DAYS = 180
-SIGMAS = 3.0  # a payload further from the believed one than so many uncertainties, and PAYLOAD_SHARE of it, is another payload
-PAYLOAD_SHARE = 0.2
 SHAPED_MOVE = "first shaped move"
-
-
-def identification(context: Context) -> Outcome:
-    """Payload and link from small moves: a calibration record for the rig file."""
-    if not _is_arm(context.rig):
-        return Outcome(None, f"the runs are made for a {ARM} arm; see `longreach identify --log`")
-    needed = must_ring(context.rig, context.identify) if not context.bench.simulated else ()
-    if needed:
-        return Outcome(False, f"end-point feedback damps what is to be measured: set {' and '.join(needed)}, then commission again")
-    logs = _identification_logs(context)
-    if isinstance(logs, Outcome):
-        return logs
-    found = identify(logs, context.say)
-    record = context.folder / f"{context.rig.name}-{datetime.date.today()}.yaml"
-    source = "simulated" if context.bench.simulated else "rig"
-    write_record(found, record, context.by, source, datetime.date.today(), VALID_DAYS)
-    results = write_results(found, context.folder / "identified.json")
-    values = [*_payloads(found), *(Value("found", line) for line in summary(found))]
-    text = f"{len(logs)} runs; the rig file takes them up with identified: {{record: {record}}}"
-    return Outcome(all(value.ok for value in values), text, values, [str(log) for log in logs], [str(record), str(results)])
-
-
-def _identification_logs(context: Context) -> list[Path] | Outcome:
-    """Logs of the small moves, or the failed step where no run is valid."""
-    what = context.identify
-    wanted = experiments(context.rig, Campaign(what, "rotary", (0.3,), default_extensions(context.rig, what)))
-    context.allow(f"The arm makes {len(wanted)} runs of small moves for the identification")
-    if context.bench.simulated:
-        return in_lockstep(with_simulated_devices(context.loaded), wanted, context.logs, 0, context.say)
-    runs = [_experiment(context, each.name, each.maneuver) for each in wanted]
-    valid = [ran.log for ran in runs if ran.valid]
-    return valid or Outcome(False, f"no run is valid: {runs[0].reason}", logs=[str(ran.log) for ran in runs])
-
-
-def _payloads(found: Identification) -> list[Value]:
-    """Every payload found beside the one that the rig file believes."""
-    return [
-        Value(f"payload by {each.method}", f"{each.payload_kg:.3f} ± {each.uncertainty_kg:.3f} kg", f"believed {link.believed_kg:.3f} kg",
-              abs(each.payload_kg - link.believed_kg) <= max(SIGMAS * each.uncertainty_kg, PAYLOAD_SHARE * link.believed_kg))
-        for link in found.links for each in link.payload
-    ]  # fmt: skip
 
 
 def servo_design(context: Context) -> Outcome:
     """The stiffest compensator of the rotary joint, or of a hydraulic axis, that the model bears everywhere, beside the rig file's."""
     own = context.rig.end_point.gain if context.rig.end_point is not None else 0.0
     try:
-        found = design(context.rig, own, effort=context.effort)
+        measured = measured_joint(context)
+        found = design(context.rig, own, effort=context.effort, measured=measured)
     except ManeuverError as refusal:  # an electric drive, or no plant
         return Outcome(None, str(refusal))
     overrides = as_overrides(context.rig, found.chosen.servo)
@@ -96,6 +45,7 @@ def servo_design(context: Context) -> Outcome:
         Value("worst phase margin", f"{worst.phase_margin_deg:.1f} deg"),
         Value("worst sensitivity peak", f"{worst.sensitivity_peak:.2f}"),
     ]
+    values += [Value("responses measured before that it keeps these margins on", str(len(measured)))] if measured else []
     values += [Value("demand", f"{key} {value:g}") for key, value in dataclasses.asdict(demands).items() if isinstance(value, float)]
     text = f"--set {' --set '.join(map(repr, overrides))}; the whole file is {out.name}"
     return Outcome(all(value.ok for value in values), text, values, files=[str(out)])
@@ -147,13 +97,3 @@ def _named(requests: Mapping[str, Request]) -> str:
     """'paper_line, unshaped and adaptive'"""
     (maneuver,) = {str(request["maneuver"]["name"]) for request in requests.values()}
     return f"{maneuver}, {' and '.join(requests)}"
-
-
-def _is_arm(rig: Rig) -> bool:
-    return str(rig.arm.kind) == ARM and rig.plant is not None
-
-
-def _experiment(context: Context, name: str, maneuver: str) -> Ran:
-    assert isinstance(context.bench, DaemonBench)
-    context.say(name)
-    return context.run({"maneuver": {"text": maneuver, "name": name}, "approach": True})

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from config.loading.load import LoadedRig
     from config.schema.rig import Rig
     from tuning.loop_design.arm_design import ArmDesign
+    from tuning.loop_design.measured_plant import MeasuredPlant
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +27,10 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--largest-cycle", type=float, default=inf, metavar="SHARE", help="allowed hunting, as share of the friction's deflection"
     )
     parser.add_argument("--effort", type=int, default=25, help="generations of the search")
+    parser.add_argument(
+        "--log", type=Path, action="append", default=[], metavar="LOG",
+        help="of sweeps or multisines of a single axis: its measured responses must keep the margins too; may be repeated",
+    )  # fmt: skip
     parser.add_argument("--schedule", action="store_true", help="let the gain rise where the arm is shorter, as far as the demands allow")
     parser.add_argument("--picture", type=Path, metavar="PICTURE.png", help="sensitivities and stiffness over the whole family")
     parser.add_argument(
@@ -50,7 +55,8 @@ def _design(arguments: argparse.Namespace) -> int:
         check_export_path(arguments.export)
     own = loaded.rig.end_point.gain if loaded.rig.end_point is not None else 0.0
     tip_gain = own if arguments.tip_gain is None else arguments.tip_gain
-    found = design(loaded.rig, tip_gain, effort=arguments.effort, largest_cycle=arguments.largest_cycle)
+    measured = _measured(loaded.rig, arguments.log) if arguments.log else []
+    found = design(loaded.rig, tip_gain, effort=arguments.effort, largest_cycle=arguments.largest_cycle, measured=measured)
     schedule = gain_schedule(loaded.rig, found.problem, found.chosen.servo) if arguments.schedule else []
     overrides = as_overrides(loaded.rig, found.chosen.servo, schedule)
     known = tip_gain > 0.0 and loaded.rig.servo[designed_name(loaded.rig)].oil_compensation is not None
@@ -62,6 +68,17 @@ def _design(arguments: argparse.Namespace) -> int:
         report = [*_lines(loaded.rig, found), *_schedule_lines(schedule), *_friction_lines(friction_gain), ""]
         print("\n".join([*report, *(f"  --set {line!r}" for line in overrides)]))
     return 0
+
+
+def _measured(rig: Rig, logs: list[Path]) -> list[MeasuredPlant]:
+    """UsageError for an arm: what is measured of it has the link in it, which its family is without."""
+    from config.errors import UsageError
+    from tuning.identification.identification import identify
+    from tuning.loop_design.measured_plant import measured_plants
+
+    if rig.arm.kind != "single_axis":
+        raise UsageError("an arm's family has responses of its own", where="--log", limit="a single axis", next_step="Leave --log out.")
+    return measured_plants(rig, [response.measured for response in identify(logs).responses])
 
 
 def _write_files(arguments: argparse.Namespace, loaded: LoadedRig, found: ArmDesign, overrides: list[str]) -> None:

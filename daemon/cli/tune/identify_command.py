@@ -26,14 +26,14 @@ def options(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--on-rig", action="store_true", help="on the armed rig, through the daemon")
     where.add_argument("--log", type=Path, action="append", default=[], metavar="LOG", help="no runs: use this log; may be repeated")
     parser.add_argument("--what", choices=WHAT, default="all", help="what to identify (default all)")
-    parser.add_argument("--joint", default="rotary", help="the joint that sweeps and multisines excite (default rotary)")
-    parser.add_argument("--amplitudes", default="0.1 V, 0.3 V, 1 V", help="on the command (default %(default)s)")
-    parser.add_argument("--extensions", metavar="LIST", help="e.g. '24 in, 36 in' (default: over the travel)")
+    parser.add_argument("--joint", help="the joint that sweeps and multisines excite (default rotary, or the axis)")
+    parser.add_argument("--amplitudes", help="on the command (default 0.1 V, 0.3 V, 1 V; of an axis from its limits)")
+    parser.add_argument("--extensions", metavar="LIST", help="of an arm, e.g. '24 in, 36 in' (default: over the travel)")
     parser.add_argument("--temperatures", metavar="LIST", help="of the oil, simulated rig only, e.g. '20 degC, 40 degC, 60 degC'")
     parser.add_argument(
         "--payloads", metavar="LIST", help="known payloads, simulated rig only, e.g. '0 lb, 45 lb'; the map is made with each"
     )
-    parser.add_argument("--band", default="0.2 Hz, 8 Hz", help="of sweeps and multisines (default %(default)s)")
+    parser.add_argument("--band", help="of sweeps and multisines (default 0.2 Hz, 8 Hz; of an axis beyond its resonance)")
     parser.add_argument("--realisations", type=int, default=3, help="multisines with other phases at every condition (default 3)")
     parser.add_argument("--seed", type=int, default=0, help="of the simulated sensors' noise")
     parser.add_argument("--by", default="", help="who identifies (default: this user and computer)")
@@ -70,6 +70,7 @@ def _identify(arguments: argparse.Namespace) -> int:
 
 def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
     from config.loading.load import load_rig
+    from config.loading.stand_in import with_simulated_devices
     from daemon.cli.tune.identify_runs import in_lockstep, on_daemon
     from tuning.experiments.experiments import experiments, must_ring
 
@@ -84,31 +85,33 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
             raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
         with connect(arguments) as client:
             return on_daemon(client, wanted, progress)
-    return in_lockstep(loaded, wanted, arguments.out / "logs", arguments.seed, progress)
+    return in_lockstep(with_simulated_devices(loaded), wanted, arguments.out / "logs", arguments.seed, progress)
 
 
 def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
-    from tuning.experiments.experiments import Campaign, default_extensions
+    from dataclasses import replace
+
+    from tuning.experiments.usual_campaign import usual_campaign
 
     if arguments.on_rig and (arguments.temperatures or arguments.payloads):
         advice = "Leave --temperatures and --payloads out: both are measured, and the payload mounted is that of link_mode."
         raise ConfigError("oil temperature and payload of a rig cannot be set by command", next_step=advice)
-    if loaded.rig.arm.kind != "rotary_prismatic":
-        advice = "Record a sine_sweep or multisine with `longreach start`, then `longreach identify --log LOG`."
-        raise ConfigError("the runs are made for a rotary_prismatic arm", value=loaded.rig.arm.kind, where=loaded.path, next_step=advice)
-    if arguments.joint not in loaded.rig.joints:
-        raise ConfigError("unknown joint", value=arguments.joint, limit=", ".join(loaded.rig.joints), where="--joint")
-    low, high = _list(arguments.band, "Hz", "--band", 2)
-    extensions = _list(arguments.extensions, "m", "--extensions") or default_extensions(loaded.rig, arguments.what)
-    return Campaign(
-        arguments.what,
-        arguments.joint,
-        _list(arguments.amplitudes, "V", "--amplitudes"),
-        extensions,
-        _list(arguments.temperatures, "degC", "--temperatures"),
-        _list(arguments.payloads, "kg", "--payloads"),
-        (low, high),
-        arguments.realisations,
+    usual = usual_campaign(loaded.rig, arguments.what)
+    joint = arguments.joint or usual.joint
+    if joint not in loaded.rig.joints:
+        raise ConfigError("unknown joint", value=joint, limit=", ".join(loaded.rig.joints), where="--joint")
+    if loaded.rig.arm.kind == "single_axis" and (arguments.extensions or arguments.payloads):
+        raise ConfigError("a single axis has no link", where=loaded.path, next_step="Leave --extensions and --payloads out.")
+    low, high = _list(arguments.band, "Hz", "--band", 2) if arguments.band else usual.band_Hz
+    return replace(
+        usual,
+        joint=joint,
+        amplitudes_V=_list(arguments.amplitudes, "V", "--amplitudes") or usual.amplitudes_V,
+        places=_list(arguments.extensions, "m", "--extensions") or usual.places,
+        temperatures_C=_list(arguments.temperatures, "degC", "--temperatures"),
+        payloads_kg=_list(arguments.payloads, "kg", "--payloads"),
+        band_Hz=(low, high),
+        realisations=arguments.realisations,
     )
 
 

@@ -15,7 +15,7 @@ from config.loading.overrides import apply_overrides
 from config.schema.rig import LinkMode, Rig
 from daemon.lockstep import run_lockstep
 from recording.files.reader import read_log
-from tuning.experiments.experiments import Campaign, default_extensions, experiments, must_ring
+from tuning.experiments.experiments import Campaign, default_places, experiments, must_ring
 from tuning.link_and_payload.free_vibration import free_vibrations
 from tuning.link_and_payload.link_map import link_map
 from tuning.link_and_payload.payload import clamped_Hz
@@ -100,7 +100,7 @@ def test_a_rig_that_measures_the_deflection_need_not_ring(rig: Rig) -> None:
 
 def _mapped(tmp_path: Path, shares: slice) -> list[TipRecord]:
     loaded = load_rig("ornl_testbed")
-    wanted = experiments(loaded.rig, Campaign("map", "rotary", (0.3,), default_extensions(loaded.rig, "map")[shares]))
+    wanted = experiments(loaded.rig, Campaign("map", "rotary", (0.3,), default_places(loaded.rig, "map")[shares]))
     records = []
     for number, experiment in enumerate(wanted, 1):
         text = apply_overrides(loaded.text, experiment.overrides)

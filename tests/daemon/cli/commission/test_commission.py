@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import pi, sqrt
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,10 +15,11 @@ from config.loading.load import find, load_rig
 from daemon.cli.commission.at_rest import sensors, stops
 from daemon.cli.commission.bench import LockstepBench
 from daemon.cli.commission.context import Context
+from daemon.cli.commission.identified import identification
 from daemon.cli.commission.moving import polarity, stop_in_motion
 from daemon.cli.commission.record import FILE, Commissioning, Outcome, record_of
 from daemon.cli.commission.steps import NAMES
-from daemon.cli.commission.tuned import SHAPED_MOVE, first_shaped_move, gap, identification, servo_design
+from daemon.cli.commission.tuned import SHAPED_MOVE, first_shaped_move, gap, servo_design
 from daemon.cli.main import main
 from recording.files.reader import read_log
 from servo_control.signals import Mode
@@ -103,6 +105,16 @@ def test_an_axis_makes_two_plain_moves_of_which_the_second_is_no_repeat(tmp_path
     assert fastest[1] < 0.5 * fastest[0]
 
 
+def _merritt() -> tuple[float, float]:
+    """16/10 mm x 200 mm at mid stroke, 20 cm³ behind each chamber, 1.4 GPa: N/m of oil. 10 l/min at 70 bar and as much supply: m/s a volt,
+    the mean of out and back, K √(p/(1 + r³))/A a full scale out, √r times that back (as `new-rig` writes them)."""
+    a, b = pi / 4 * 0.016**2, pi / 4 * (0.016**2 - 0.010**2)
+    stiffness = 1.4e9 * (a**2 / (20e-6 + a * 0.1) + b**2 / (20e-6 + b * 0.1))
+    ratio, k = b / a, 10e-3 / 60 / sqrt(70e5 / 2)  # both lands share the drop
+    out = k * sqrt((70e5 - 2e5) / (1 + ratio**3)) / a
+    return stiffness, 0.5 * (1 + sqrt(ratio)) * out / 10.0
+
+
 @pytest.mark.slow
 def test_an_axis_from_data_sheets_is_commissioned_to_its_gap(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     size = ["--bore", "16 mm", "--rod", "10 mm", "--stroke", "200 mm", "--mass", "5 kg", "--rated-flow", "10 l/min", "--supply", "70 bar"]
@@ -112,8 +124,15 @@ def test_an_axis_from_data_sheets_is_commissioned_to_its_gap(tmp_path: Path, cap
     answer, said = commission(capsys, tmp_path / "bench" / "bench.yaml", "--effort", "1")
     assert answer["failed"] is None, said
     words = {name: step["outcome"]["passed"] for name, step in answer["steps"].items()}
-    assert [name for name, passed in words.items() if passed is None] == ["safe state", "identification"]
+    assert [name for name, passed in words.items() if passed is None] == ["safe state"]
     assert list(words) == list(NAMES)
+    found = {value["what"]: value["value"] for value in answer["steps"]["identification"]["outcome"]["values"]}
+    stiffness, per_volt = _merritt()
+    middle = next(what.removeprefix("natural frequency ") for what in found if what.startswith("natural frequency"))
+    assert float(found[f"natural frequency {middle}"].split()[0]) == pytest.approx(sqrt(stiffness / 5.0) / (2 * pi), rel=0.08)
+    assert float(found[f"rate a volt {middle}"].split()[0]) == pytest.approx(1e3 * per_volt, rel=0.08)
+    designed = {value["what"]: value["value"] for value in answer["steps"]["design"]["outcome"]["values"]}
+    assert designed["responses measured before that it keeps these margins on"] == "4"
     verdict = answer["steps"]["gap"]["outcome"]["values"]
     assert [value["value"] for value in verdict] == ["no_gap"], "the simulated rig lacks nothing"
 

@@ -13,7 +13,7 @@ from config.errors import DaemonError
 from config.loading.load import LoadedRig, apply_overrides, rig_from_text
 from daemon.cli.commission import bench
 from daemon.cli.commission.context import Context
-from daemon.cli.commission.tuned import identification
+from daemon.cli.commission.identified import identification
 from daemon.lockstep import LockstepRig
 from daemon.server.protocol import Client
 from recording.files.reader import read_log
