@@ -12,7 +12,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from config.checking.unusable import refuse_unusable
+from config.checking.check import refuse_unusable
 from config.errors import DaemonError
 from config.loading.load import LoadedRig
 from config.schema.rig import Rig

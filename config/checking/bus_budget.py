@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from config.checking.finding import Finding, error_at
+from config.checking.finding import Finding, error_of
 from config.errors import ConfigError
 from config.options.canopen_options import CanBus, CanopenOptions
 from config.options.canopen_rig import canopen_devices, our_heartbeat_period_s
@@ -80,7 +80,7 @@ def check_bus_budget(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
         highest_Hz = int(load.rate_Hz * load.bus.load_limit / load.load)
         first = next(name for name, options in canopen_devices(rig).items() if options.bus.key == load.bus.key)
         advice = f"Lower loop.rate to {highest_Hz} Hz, or use a second bus or a higher bit rate."
-        yield error_at(tree, ("devices", first, "options", "bus"), f"{load.text()}. {advice}")
+        yield error_of(tree.problem(("devices", first, "options", "bus"), load.text(), next_step=advice))
 
 
 def _load(rig: Rig, bus: CanBus, devices: dict[str, CanopenOptions]) -> BusLoad:

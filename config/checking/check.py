@@ -1,27 +1,32 @@
-"""What can be said about a rig file with no hardware: does it hang together, which lines can the arm follow, what looks wrong."""
+"""What can be said about a rig file with no hardware: does it hang together, which lines can the arm follow, what looks wrong.
+
+`check` tells all of it. An error that the file alone decides also keeps the daemon from starting: a wrong file never becomes half a
+start. What depends on today (a calibration that has run out) keeps the rig from being armed, and the daemon starts to say so.
+"""
 
 from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from config.checking.bus_budget import check_bus_budget
+from config.checking.check_calibrations import check_calibrations, check_identified
 from config.checking.check_devices import check_devices
 from config.checking.check_hydraulics import check_hydraulics
-from config.checking.check_identified import check_identified
 from config.checking.check_limits import check_limits
 from config.checking.check_plant import check_plant
+from config.checking.check_runnable import check_runnable
 from config.checking.check_sensors import check_sensors
 from config.checking.check_servo import check_servo
 from config.checking.check_signals import check_signals
 from config.checking.check_tags import check_tags
 from config.checking.finding import Finding, warning_at
-from config.checking.unusable import unusable
 from config.errors import ConfigError
 from config.loading.load import LoadedRig, load_maneuver
 from config.loading.shipped import shipped
 from config.options.canopen_rig import proofs
+from config.parsing.problems import config_error
 from config.parsing.yaml_tree import YamlTree, parse
 from config.schema.maneuver import JointSteps, Maneuver, StraightLine
 from config.schema.rig import Rig
@@ -35,23 +40,20 @@ def check_rig(loaded: LoadedRig, today: datetime.date) -> list[Finding]:
     rig, tree = loaded.rig, parse(loaded.text, loaded.path)
     counts = f"{len(rig.joints)} joints, {len(rig.signals)} signals, {len(rig.devices)} devices"
     schema = Finding("ok", f"{loaded.path}: {rig.name}, {counts}; every key, unit and range of its sections is right")
-    checks = (
-        (Finding("error", problem.refusal.text()) for problem in unusable(rig, tree)),
-        check_devices(rig, tree),
-        check_signals(rig, tree, today),
-        _link(rig, tree),
-        check_identified(loaded, tree, today),
-        check_plant(rig, tree),
-        check_tags(tree),
-        check_servo(rig, tree),
-        check_hydraulics(rig, tree),
-        check_sensors(rig, tree),
-        check_limits(rig, tree),
-        check_bus_budget(rig, tree),
-        _proofs(rig, tree),
-        _maneuvers(rig, tree),
-    )
-    return [schema, *(finding for check in checks for finding in check)]
+    of_today = (finding for check in OF_TODAY for finding in check(loaded, tree, today))
+    return [schema, *_of_the_file(rig, tree), *of_today]
+
+
+def refuse_unusable(loaded: LoadedRig) -> None:
+    """Returns for a rig that may be started. ConfigError with every error of OF_THE_FILE, each with file, line and column."""
+    found = _of_the_file(loaded.rig, parse(loaded.text, loaded.path))
+    problems = [finding.problem for finding in found if finding.problem is not None]
+    if problems:
+        raise config_error(loaded.path, problems)
+
+
+def _of_the_file(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
+    return (finding for check in OF_THE_FILE for finding in check(rig, tree))
 
 
 def feasible_y0(rig: Rig, half_length_m: float) -> tuple[float, float] | None:
@@ -149,3 +151,23 @@ def _range_text(allowed: tuple[float, float] | None) -> str:
         return "none fits into the joints' travel"
     low, high = (bound / _INCH_M for bound in allowed)
     return f"y0 from {low:.2f} to {high:.2f} in fits into the joints' travel"
+
+
+# What the file alone decides: an error of one of these keeps the daemon, and whatever else opens the devices, from starting.
+OF_THE_FILE: tuple[Callable[[Rig, YamlTree], Iterator[Finding]], ...] = (
+    check_runnable,
+    check_devices,
+    check_signals,
+    _link,
+    check_plant,
+    check_tags,
+    check_servo,
+    check_hydraulics,
+    check_sensors,
+    check_limits,
+    check_bus_budget,
+    _proofs,
+    _maneuvers,
+)
+# What the day decides as well: the rig starts disarmed and says why it can't be armed.
+OF_TODAY: tuple[Callable[[LoadedRig, YamlTree, datetime.date], Iterator[Finding]], ...] = (check_calibrations, check_identified)

@@ -1,8 +1,7 @@
-"""Signals against what uses them: travel, the loop's period, how long a calibration holds; commands and limits against what is measured."""
+"""Signals against what uses them: travel, the loop's period; commands and limits against what is measured."""
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Iterator
 
 from config.checking.finding import Finding, error_at, warning_at
@@ -10,12 +9,11 @@ from config.parsing.yaml_tree import YamlTree
 from config.schema.rig import Rig
 
 
-def check_signals(rig: Rig, tree: YamlTree, today: datetime.date) -> Iterator[Finding]:
+def check_signals(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
     """Findings about `signals`, and about the joints and interlocks that hang on them."""
     yield from _signal_ranges(rig, tree)
     yield from _ages(rig, tree)
     yield from _commands(rig, tree)
-    yield from _calibrations(rig, tree, today)
     yield from _interlocks(rig, tree)
 
 
@@ -47,16 +45,6 @@ def _commands(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
         if needed_V > joint.command_limit_V:
             text = f"joints.{name}: rate_limit needs {needed_V:.3g} V by the feed-forward, command_limit is {joint.command_limit_V:g} V"
             yield warning_at(tree, ("joints", name, "rate_limit"), f"{text}: the joint cannot reach its rate limit")
-
-
-def _calibrations(rig: Rig, tree: YamlTree, today: datetime.date) -> Iterator[Finding]:
-    for name, signal in rig.signals.items():
-        until = signal.calibration.valid_until
-        if until and until < today:
-            blocks = signal.calibration.on_expiry == "block"
-            what = f"{name}: the calibration was valid until {until}: calibrate again"
-            path = ("signals", name, "calibration", "valid_until")
-            yield error_at(tree, path, f"{what}; the rig cannot be armed") if blocks else warning_at(tree, path, what)
 
 
 def _interlocks(rig: Rig, tree: YamlTree) -> Iterator[Finding]:

@@ -8,11 +8,12 @@ from config.checking.finding import Finding
 from config.parsing.nearest import nearest_text
 from config.parsing.provenance import TAGS, bracketed, fixed_numbers
 from config.parsing.yaml_tree import YamlTree, dotted
+from config.schema.rig import Rig
 
 _WORDS = tuple(tag for tag in TAGS if len(tag) > 1)  # single letters in brackets are units too
 
 
-def check_tags(tree: YamlTree) -> Iterator[Finding]:
+def check_tags(_: Rig, tree: YamlTree) -> Iterator[Finding]:
     """Findings about tags; a file without [fixed] and without slips has none."""
     held = fixed_numbers(tree)
     if held:

@@ -88,7 +88,7 @@ def _inputs(tree: YamlTree, devices: Mapping[str, DeviceOptions]) -> Iterator[Pr
     names = _rig_names(tree)
     for signal, entry in _mapping(tree, "signals").items():
         device = str(entry.get("device")) if isinstance(entry, dict) else ""
-        blind = not names.sensors and tree.value(("devices", device, "driver")) == "sim"  # unusable() says that there is no plant
+        blind = not names.sensors and tree.value(("devices", device, "driver")) == "sim"  # check_runnable says that there is no plant
         if device in devices and not blind:
             yield from _known(tree, ("signals", signal, "channel"), device, "input", _channels(devices[device], "input_channels", names))
 

@@ -15,7 +15,7 @@ import signal
 import sys
 from pathlib import Path
 
-from config.checking.unusable import refuse_unusable
+from config.checking.check import refuse_unusable
 from config.errors import EXIT_REFUSED, LongreachError
 from config.loading.load import LoadedRig, load_rig
 from config.whole_file import refused_by_system

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from config import reference
-from config.checking.unusable import refuse_unusable
+from config.checking.check import refuse_unusable
 from config.errors import ConfigError, DriverError
 from config.loading.load import LoadedRig, load_rig, rig_from_text
 from config.options.driver_options import SHIPPED, ShippedDriver, factories

@@ -46,7 +46,8 @@ def _check(arguments: argparse.Namespace) -> int:
     findings = check_rig(loaded, datetime.date.today())
     errors = [finding for finding in findings if finding.level == "error"]
     if arguments.json:
-        answer = {"rig": loaded.rig.name, "good": not errors, "findings": [dataclasses.asdict(each) for each in findings]}
+        told = [{"level": each.level, "text": each.text} for each in findings]
+        answer = {"rig": loaded.rig.name, "good": not errors, "findings": told}
         print(json.dumps(answer | ({"migrated": dataclasses.asdict(moved)} if moved else {}), default=str))
         return EXIT_REFUSED if errors else 0
     title = Text(f"{loaded.path}: {loaded.rig.name}", style="italic")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from config.checking.unusable import refuse_unusable
+from config.checking.check import refuse_unusable
 from config.errors import ConfigError
 from config.loading.load import LoadedRig, apply_overrides, load_rig, rig_from_text
 from config.loading.stand_in import with_simulated_devices

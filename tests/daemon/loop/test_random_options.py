@@ -15,8 +15,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from config.checking.check import check_rig
-from config.checking.unusable import refuse_unusable
+from config.checking.check import check_rig, refuse_unusable
 from config.errors import ConfigError
 from config.loading.load import LoadedRig, rig_from_text
 from config.options.canopen_options import EncoderOptions, IoOptions, ValveOptions

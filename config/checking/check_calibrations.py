@@ -1,4 +1,4 @@
-"""What `longreach check` says about the calibration record a rig file refers to."""
+"""What `longreach check` says about calibrations that run out: of sensors, and the record a rig file refers to."""
 
 from __future__ import annotations
 
@@ -6,11 +6,22 @@ import datetime
 from collections.abc import Iterator
 from pathlib import Path
 
-from config.checking.finding import Finding, warning_at
+from config.checking.finding import Finding, error_at, warning_at
 from config.loading.calibration_record import CalibrationRecord, load_record
 from config.loading.identified import record_path
 from config.loading.load import LoadedRig
 from config.parsing.yaml_tree import YamlTree
+
+
+def check_calibrations(loaded: LoadedRig, tree: YamlTree, today: datetime.date) -> Iterator[Finding]:
+    """Which sensors' calibrations have run out, and whether the rig can be armed all the same."""
+    for name, signal in loaded.rig.signals.items():
+        until = signal.calibration.valid_until
+        if until and until < today:
+            blocks = signal.calibration.on_expiry == "block"
+            what = f"{name}: the calibration was valid until {until}: calibrate again"
+            path = ("signals", name, "calibration", "valid_until")
+            yield error_at(tree, path, f"{what}; the rig cannot be armed") if blocks else warning_at(tree, path, what)
 
 
 def check_identified(loaded: LoadedRig, tree: YamlTree, today: datetime.date) -> Iterator[Finding]:

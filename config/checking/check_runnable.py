@@ -1,34 +1,23 @@
-"""What keeps a rig from running at all: devices that cannot work as declared, and a simulated device without a plant to simulate.
-
-`check` tells it, and whatever opens the devices of a rig asks here first, so that a wrong file never becomes half a start.
-"""
+"""What keeps a rig from being built at all: devices that cannot work as declared, and a simulated device without a plant to simulate."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from config.checking.finding import Finding, error_of
 from config.loading.cross_checks_devices import declared_devices
-from config.loading.load import LoadedRig
-from config.parsing.problems import Problem, config_error
-from config.parsing.yaml_tree import YamlTree, parse
+from config.parsing.problems import Problem
+from config.parsing.yaml_tree import YamlTree
 from config.schema.plant import Plant
 from config.schema.plant_joint import Crosshead, Cylinder, RotaryActuator
 from config.schema.rig import Rig
 
 
-def refuse_unusable(loaded: LoadedRig) -> None:
-    """Returns for a rig whose devices can be opened. ConfigError with every problem, each with file, line and column."""
-    tree = parse(loaded.text, loaded.path)
-    problems = unusable(loaded.rig, tree)
-    if problems:
-        raise config_error(loaded.path, problems)
-
-
-def unusable(rig: Rig, tree: YamlTree) -> list[Problem]:
-    """Every problem that keeps the rig of this file from running."""
+def check_runnable(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
+    """An error for every problem, in the order of the file."""
     simulated = [name for name, device in rig.devices.items() if device.driver == "sim"]
     plant = _plant(rig, tree, simulated[0]) if simulated else iter(())
-    return sorted([*declared_devices(tree).problems, *plant])
+    yield from map(error_of, sorted([*declared_devices(tree).problems, *plant]))
 
 
 def _plant(rig: Rig, tree: YamlTree, device: str) -> Iterator[Problem]:
