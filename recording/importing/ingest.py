@@ -21,6 +21,7 @@ from config.parsing.nearest import nearest_text
 from config.whole_file import replaced_when_done
 from recording.files.writer import LogWriter
 from recording.format.layout import CDR_HEADER, CycleLayout
+from recording.importing.coarse_clock import spread
 from recording.importing.parts import Span, parts, rows
 from recording.importing.read_table import read_table
 from recording.importing.source_columns import columns_by_map, columns_by_name, lacking
@@ -77,6 +78,9 @@ def ingest_parts(
     table = read_table(source)
     loaded = load_map(map_path) if map_path is not None else None
     layout, columns = columns_by_map(table, loaded) if loaded else columns_by_name(table, rig.rig if rig else None)
+    if "t_s" in columns:  # of the whole table: its period is most certain
+        columns["t_s"], of_clock = spread(columns)
+        table = replace(table, notes=(*table.notes, *of_clock))
     table, columns = _asked_for(table, columns, spans)
     columns, left_out = usable(table, columns, layout.joint_names)
     left_out = (*table.notes, *(lacking(table, loaded.map) if loaded else ()), *left_out)

@@ -63,9 +63,13 @@ def _refuse_disorder(table: SourceTable, t: Floats, lines: npt.NDArray[np.int64]
     rows = np.flatnonzero(~(np.diff(t) > 0))
     if not len(rows):
         return
-    row = int(rows[0]) + 1
+    row, twice = int(rows[0]) + 1, int(np.sum(np.diff(t) == 0))
     seen = f"{t[row - 1]!s} s, then {t[row]!s} s"
-    advice = "Rows must be in the order of time, each once; sort them, or cut the table where the clock was set back."
+    advice = "Rows must be in the order of time, each once; sort them, or cut the table where the clock was set back"
+    if t[row] == t[row - 1]:
+        advice = f"{twice} rows have the stamp of the row before, and no regular period is certain of which all stamps are the rounding"
+        advice += " (one gap or double row is enough). Remove double rows, export finer stamps, or take a part without them"
+    advice = f"{advice}: longreach import {table.path} --from S --to S"
     raise LogError("time does not increase", value=seen, where=f"{table.path}:{lines[row]}", next_step=advice)
 
 
