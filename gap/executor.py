@@ -5,6 +5,7 @@ Tasks are module-level functions of picklable arguments that return all they hav
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -18,7 +19,7 @@ Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
 THREADS_OF_LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # the searches bring their own threads
-CONNECT_S = 10.0
+CONNECT_S = 5.0
 
 
 @contextmanager
@@ -54,15 +55,35 @@ def _dask_executor(address: str) -> Iterator[Executor]:
     except ImportError as error:
         advice = 'Install it with: pip install "longreach[dask]"'
         raise ConfigError("a Dask cluster needs the library distributed", where="--dask", next_step=advice) from error
-    try:
-        client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
-        advice = "Start one with `dask scheduler` and `dask worker`, or leave --dask away to use this machine's processes."
-        raise ConfigError("no Dask scheduler answers", value=address, where="--dask", next_step=advice) from error
+    _refuse_unless_scheduler(address)
+    client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)
     try:
         yield client.get_executor(pure=False)
     finally:
         client.close()
+
+
+def _refuse_unless_scheduler(address: str) -> None:
+    """Asks who is there before a Client is made: one without a scheduler tries on by itself and ends in tracebacks of its threads."""
+    advice = "Write tcp://HOST:PORT as `dask scheduler` shows it, or leave --dask away to use this machine's processes."
+    try:
+        kind = asyncio.run(asyncio.wait_for(_identity(address), CONNECT_S))["type"]
+    except ValueError as error:
+        raise ConfigError("no address of a Dask scheduler", value=repr(address), where="--dask", next_step=advice) from error
+    except Exception as error:  # silence, and whatever the bytes of a stranger break in the library
+        what = f"no Dask scheduler answers within {CONNECT_S:g} s"
+        raise ConfigError(what, value=address, where="--dask", next_step=advice) from error
+    if kind != "Scheduler":
+        raise ConfigError(f"a Dask {kind} answers, no scheduler", value=address, where="--dask", next_step=advice)
+
+
+async def _identity(address: str) -> dict[str, Any]:
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    async with rpc(address, timeout=CONNECT_S, connection_args=Security().get_connection_args("client")) as remote:
+        answer: dict[str, Any] = await remote.identity()
+    return answer
 
 
 def _one_thread() -> None:

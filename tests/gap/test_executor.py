@@ -6,12 +6,15 @@ import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from socketserver import BaseRequestHandler, ThreadingTCPServer
+from threading import Thread
 from typing import Any
 
 import pytest
 
 from config.errors import ConfigError
 from config.loading.load import rig_from_text
+from daemon.cli.main import main
 from gap.executor import each, executor
 from gap.study import line, run_search, run_study, searches
 from tests.support.gap.axis_logs import axis_text, simulated, write
@@ -50,11 +53,43 @@ def test_tasks_run_in_other_processes_and_a_failing_one_is_raised_here() -> None
             list(each(pool, fails, [3]))
 
 
-@pytest.mark.slow
-def test_no_scheduler_is_a_clear_refusal() -> None:
+@pytest.fixture
+def stranger() -> Iterator[str]:
+    """The address of a server that answers whatever it is asked with bytes of its own."""
+    with ThreadingTCPServer(("127.0.0.1", 0), Babble) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield f"tcp://127.0.0.1:{server.server_address[1]}"
+        server.shutdown()
+
+
+class Babble(BaseRequestHandler):
+    def handle(self) -> None:
+        self.request.sendall(b"HTTP/1.1 400 Bad Request\r\n" * 40)
+
+
+@pytest.mark.parametrize(
+    ("address", "text"),
+    [
+        ("tcp://127.0.0.1:9", "no Dask scheduler answers within 0.3 s: tcp://127.0.0.1:9"),
+        ("stranger", "no Dask scheduler answers within 0.3 s: tcp://127.0.0.1:"),
+        ("localhost", "no address of a Dask scheduler: 'localhost'"),
+        ("http://localhost:8786", "no address of a Dask scheduler: 'http://localhost:8786'"),
+        ("", "no address of a Dask scheduler: ''"),
+    ],
+)
+def test_what_is_no_scheduler_is_refused_in_a_sentence(
+    address: str, text: str, stranger: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """As the command line says it; a Client would leave the tracebacks of its threads behind."""
     pytest.importorskip("distributed", reason="the extra longreach[dask] is not installed")
-    with pytest.raises(ConfigError, match="no Dask scheduler answers"), executor(dask="tcp://127.0.0.1:9"):
-        pass
+    monkeypatch.setattr("gap.executor.CONNECT_S", 0.3)
+    words = ["simulate", "ornl_testbed", "hold", "--sweep", "servo.rotary.gain=4..5:2", "-o", str(tmp_path / "s")]
+    assert main([*words, "--dask", stranger if address == "stranger" else address]) == 1
+    refused, following = capfd.readouterr().err.splitlines()
+    assert refused.startswith(f"longreach: --dask: {text}")
+    assert "Write tcp://HOST:PORT" in refused
+    assert following.startswith("next: longreach simulate")
+    assert not (tmp_path / "s").exists()
 
 
 def test_two_pairs_of_one_name_are_refused(tmp_path: Path) -> None:

@@ -121,7 +121,7 @@ def test_what_is_not_certain_is_refused_with_the_next_command(stamps: Floats, tm
         LogError, match=r"time does not increase: .*\d+ rows have the stamp of the row before, and no regular period"
     ) as caught:
         ingest(data, None, tmp_path / "a.mcap")
-    assert caught.value.refusal.next_step.endswith(f"longreach import {data} --from S --to S")
+    assert caught.value.refusal.next_step.endswith(f"`longreach import {data} --from S --to S`.")
     assert [path.name for path in tmp_path.iterdir()] == ["data.csv"]
 
 
