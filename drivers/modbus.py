@@ -147,7 +147,7 @@ class ModbusDriver:
 
     def _no_answer(self, failure: ModbusReadError) -> DriverError:
         advice = f"Check cable, power and address; `longreach device scan {_where(self._options)}` shows who answers there."
-        return DriverError(f"no connection to {_address(self._options)}", value=str(failure), where=self.name, next_step=advice)
+        return DriverError(f"{_address(self._options)} cannot be reached", value=str(failure), where=self.name, next_step=advice)
 
     def _refused(self, block: Block, failure: Exception) -> DriverError:
         what = f"{block.table} registers {block.address} to {block.address + block.count - 1} of {_address(self._options)} cannot be read"

@@ -16,7 +16,7 @@ from drivers.canopen.bus import open_can
 from drivers.canopen.node_reader import NodeReader
 from drivers.contract import Quality
 from drivers.inspection.can_traffic import Traffic, listen
-from drivers.inspection.modbus_scan import place, refuse_used
+from drivers.inspection.modbus_scan import refuse_used
 from drivers.inspection.objects import NodeObject
 from drivers.link_claim import LinkClaim
 from drivers.modbus import ModbusDriver
@@ -82,7 +82,7 @@ class UnitSource:
 
     def __init__(self, options: TcpOptions | RtuOptions) -> None:
         refuse_used(options)
-        self._driver = ModbusDriver(f"{place(options)}, unit {options.unit_id}", options)
+        self._driver = ModbusDriver("", options)  # it has no name: its messages begin with the address
         self._driver.open()
 
     def read(self) -> list[float | str | None]:

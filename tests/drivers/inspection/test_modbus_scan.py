@@ -61,6 +61,10 @@ def test_a_closed_port_says_so(gauge: Gauge) -> None:
     found = scanned(tcp(gauge.port), range(1, 3))
     assert found.problem.startswith("no connection")
     assert found.units == ()
+    with pytest.raises(DriverError) as refusal:
+        UnitSource(tcp(gauge.port))
+    advice = f"Check cable, power and address; `longreach device scan tcp:127.0.0.1:{gauge.port}` shows who answers there."
+    assert str(refusal.value) == f"127.0.0.1:{gauge.port}, unit 1 cannot be reached: no connection. {advice}"
 
 
 def test_units_on_a_serial_line_are_found(slave: Slave) -> None:
