@@ -74,7 +74,7 @@ def by_evidence(
     steps = [_step(state, search, outcome.chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Candidate)]
     half_width = _half_width(search, outcome.chosen)
     changes = tuple(_changed(outcome.chosen, half_width, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
-    state = replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=steps)
+    state = replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=tuple(steps))
     return state, Decided(outcome, half_width, changes)
 
 

@@ -28,7 +28,7 @@ from gap.search.search_state import GateSearch
 from gap.search.verdict import Verdict, channel_rms, confidence, with_steps
 from gap.search.weak_names import weighed
 from gap.signatures.candidates import candidates
-from gap.signatures.screen import screen_sizes
+from gap.signatures.screen import Screening, screen_sizes
 from gap.signatures.visible import checked
 
 Content = dict[str, Any]  # a part of findings.json
@@ -43,10 +43,11 @@ def concluded(done: Searched) -> Found:
     if done.decided:
         half_width = np.maximum(half_width, done.decided.half_width)
     else:
-        state.steps = weighed(state, half_width, progress)
-    judged = judged_file(done, half_width)
+        state = weighed(state, half_width, progress)
+    judged = judged_file(replace(done, state=state), half_width)
     places = localise(done.nominal, done.names, state.first_screening, done.loaded.rig)
-    _smallest(state, progress)
+    state = replace(state, screening=_smallest(state, progress))
+    done = replace(done, state=state)
     found, leads = _findings(done, judged, half_width)
     word = with_steps(judged.word, state.coarse)
     text = with_step_lines(judged.text, state.coarse)  # only now: what was judged reads more finely, and the steps count as noise
@@ -108,13 +109,13 @@ def said(word: Verdict, findings: Sequence[Content]) -> str:
     return f"verdict: {word.word}" + (f": {'; '.join(names)}" if names else "")
 
 
-def _smallest(state: GateSearch, progress: Progress) -> None:
+def _smallest(state: GateSearch, progress: Progress) -> Screening:
     """The smallest size of every effect not named that would have been."""
     rest = candidates(state.current.model.rig, state.channels)
     last = screen_sizes(state.current, state.costs, rest, state.seen_at, progress, state.first_screening)
     progress("smallest sizes that would have been named")
     fitted = checked(last, state.current, state.costs, state.seen_at)
-    state.screening = on_hold_out(fitted, state.current, state.seen, state.costs, len(rest))
+    return on_hold_out(fitted, state.current, state.seen, state.costs, len(rest))
 
 
 def _gap(done: Searched, final: tuple[Evaluation, ...]) -> Content:

@@ -15,6 +15,7 @@ On logs in memory, nothing written:
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -107,7 +108,7 @@ def _searched(
         else:
             state = look_jointly(search_held_at_priors(state, progress), progress)
             state = weighed_finally(look_held_at_priors(state, progress), progress)
-        state.coarse = _coarse(loaded, fit_logs, holdout_logs, state)
+        state = replace(state, coarse=_coarse(loaded, fit_logs, holdout_logs, state))
     return concluded(Searched(loaded, names, state, nominal, [*problems, *faults], logs, settings, progress, decided))
 
 

@@ -109,7 +109,7 @@ def _without_names(state: GateSearch) -> GateSearch:
     experiments = [e.experiment for e in state.nominal.evaluations]
     done, costs = fitted_to_its_end(state.nominal.model, experiments, state.costs, state.nominal.evaluations)
     seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
-    return replace(state, experiments=experiments, costs=costs, current=done, seen=seen, constants_only=seen, steps=[], rests=[])
+    return replace(state, experiments=experiments, costs=costs, current=done, seen=seen, constants_only=seen, steps=(), rests=())
 
 
 def file_model(text: str) -> Model:

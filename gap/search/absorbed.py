@@ -23,14 +23,15 @@ from gap.search.trial import sized_by
 ALIKE = 0.999  # cosine of two signatures that are one
 
 
-def absorb(state: GateSearch, progress: Progress) -> None:
-    """Put the constant in the place of every effect that is one."""
-    for step in list(state.steps):
+def absorb(state: GateSearch, progress: Progress) -> GateSearch:
+    """The search with a constant in the place of every effect that is one."""
+    for step in state.steps:
         found = constant_instead(state.current, step.entry)
         if found is None:
             continue
         start, key, pull = found
-        dismiss(state, step, start, f"is {key} within {pull:+.1f} prior standard deviations", progress)
+        state = dismiss(state, step, start, f"is {key} within {pull:+.1f} prior standard deviations", progress)
+    return state
 
 
 def constant_instead(done: Fit, entry: EffectEntry) -> tuple[Fit, str, float] | None:

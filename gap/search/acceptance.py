@@ -38,24 +38,24 @@ def accept(state: GateSearch, step: Step, progress: Progress) -> GateSearch | No
 def _taken(state: GateSearch, step: Step, progress: Progress) -> GateSearch:
     polarity = step.trial.beside
     beside = [Step(step.trial.fit.model.added[-2], replace(step.trial, candidate=polarity, beside=None), (), ())] if polarity else []
-    taken = replace(state, steps=[*state.steps, *beside, step])
     rivals = f" (or {', '.join(r.candidate.label for r in step.rivals)})" if step.rivals else ""
     progress(f"accepted: {step.trial.candidate.label}{rivals}")
-    refit(taken, step.trial.fit, progress)
-    return taken
+    return refit(replace(state, steps=(*state.steps, *beside, step)), step.trial.fit, progress)
 
 
-def refit(state: GateSearch, start: Fit, progress: Progress) -> None:
-    """All numbers again, with all sensitivities new; from the rig file's own constants when these are the better place to start."""
+def refit(state: GateSearch, start: Fit, progress: Progress) -> GateSearch:
+    """The search with all numbers fitted again and all sensitivities new; from the rig file's own constants when these are the better place
+    to start."""
     progress("refitting all constants")
     own = _from_own_constants(state, start)
     best = own if own.cost < start.cost else start
     vector = best.model.vector()
-    state.experiments = [remembering(e, vector) for e in state.experiments]
-    done = whole_fit(best.model, state.experiments, state.costs)
-    state.current, state.costs = settled(done, state.experiments, state.costs, REFIT_STEPS)
-    state.seen = on_holdouts(state, state.current)
-    progress(f"hold-out: {state.cost:.4g} noise floors")
+    experiments = [remembering(e, vector) for e in state.experiments]
+    done, costs = settled(whole_fit(best.model, experiments, state.costs), experiments, state.costs, REFIT_STEPS)
+    fitted = replace(state, experiments=experiments, costs=costs, current=done)
+    fitted = replace(fitted, seen=on_holdouts(fitted, done))
+    progress(f"hold-out: {fitted.cost:.4g} noise floors")
+    return fitted
 
 
 def _from_own_constants(state: GateSearch, start: Fit) -> Fit:
@@ -76,12 +76,14 @@ def _from_own_constants(state: GateSearch, start: Fit) -> Fit:
     return Fit(reached, done.evaluations, start.jacobian, start.columns, done.objective)
 
 
-def swap(state: GateSearch, progress: Progress) -> None:
-    """Replace each earlier effect by its best rival of that time, if that is now better."""
+def swap(state: GateSearch, progress: Progress) -> GateSearch:
+    """The search with the best rival of that time in the place of each earlier effect, where that is now better."""
     for number, step in enumerate(state.steps[:-1]):
         present = {(e.effect, e.where) for e in state.current.model.added}
         rivals = [t for t in (*step.rivals, *step.others) if (t.candidate.effect, t.candidate.where) not in present]
-        rest = without(state, step.entry) if rivals else None
+        if not rivals:
+            continue
+        state, rest = without(state, step.entry)
         if rest is None:
             continue
         rival = min(rivals, key=lambda t: t.cost)
@@ -89,17 +91,18 @@ def swap(state: GateSearch, progress: Progress) -> None:
         trial = own_trial(base, first_trial(base, rival.candidate, points(rival.candidate, rest.fit.model)), [])
         if paired_t(state.seen, trial.holdout) > KEEP_T:
             progress(f"swapped: {rival.candidate.label} in place of {step.trial.candidate.label}")
-            state.steps[number] = Step(trial.fit.model.added[-1], trial, (step.trial,), ())
-            refit(state, trial.fit, progress)
+            state = refit(state.with_step(number, Step(trial.fit.model.added[-1], trial, (step.trial,), ())), trial.fit, progress)
+    return state
 
 
-def drop_superfluous(state: GateSearch, progress: Progress) -> None:
-    """Take out each effect that is worth nothing any more: an earlier one beside later ones, and the newest where the constants, fitted on
-    from where it has brought them, do without it."""
-    for step in list(state.steps):
-        rest = without(state, step.entry)
+def drop_superfluous(state: GateSearch, progress: Progress) -> GateSearch:
+    """The search without the effects that are worth nothing any more: an earlier one beside later ones, and the newest where the constants,
+    fitted on from where it has brought them, do without it."""
+    for step in state.steps:
+        state, rest = without(state, step.entry)
         if rest is not None and _needless(state, step, rest):
-            dismiss(state, step, rest.fit, "explains nothing that the others and the constants do not", progress)
+            state = dismiss(state, step, rest.fit, "explains nothing that the others and the constants do not", progress)
+    return state
 
 
 def _needless(state: GateSearch, step: Step, rest: Rest) -> bool:
@@ -109,30 +112,29 @@ def _needless(state: GateSearch, step: Step, rest: Rest) -> bool:
     return paired_t(rest.seen, state.seen) < KEEP_T
 
 
-def dismiss(state: GateSearch, step: Step, start: Fit, why: str, progress: Progress) -> None:
+def dismiss(state: GateSearch, step: Step, start: Fit, why: str, progress: Progress) -> GateSearch:
     """The search without one of its names, fitted on from `start`."""
     progress(f"dropped: {step.trial.candidate.label} {why}")
-    state.steps.remove(step)
-    refit(state, start, progress)
-    if not state.steps:
-        state.constants_only = state.seen
+    state = refit(state.without_step(step), start, progress)
+    return state if state.steps else replace(state, constants_only=state.seen)
 
 
-def without(state: GateSearch, entry: EffectEntry) -> Rest | None:
-    """The current model refitted without one of its effects; None when that is not in it. Asked again of the same model (by the exchange,
-    the drop and the last weighing of a name) it is not fitted again."""
+def without(state: GateSearch, entry: EffectEntry) -> tuple[GateSearch, Rest | None]:
+    """The current model refitted without one of its effects, None when that is not in it; and the search that knows it: asked again of the
+    same model (by the exchange, the drop and the last weighing of a name) it is not fitted again."""
     model = state.current.model
     if not any(other is entry for other in model.added):
-        return None
-    known = next((rest for rest in state.rests if rest.of is state.current and rest.entry is entry), None)
-    if known is None:
-        gone = set(model.of_effect(entry))
-        keep = [k for k in range(len(model.free)) if k not in gone]
-        smaller, jacobian = model.without_effect(entry), [columns[keep] for columns in state.current.jacobian]
-        done = fit(smaller, state.experiments, state.costs, effects(smaller), jacobian, steps=4)
-        known = Rest(state.current, entry, done, on_holdouts(state, done))
-        state.rests = [*(rest for rest in state.rests if rest.of is state.current), known]
-    return known
+        return state, None
+    of_this = tuple(rest for rest in state.rests if rest.of is state.current)
+    known = next((rest for rest in of_this if rest.entry is entry), None)
+    if known is not None:
+        return state, known
+    gone = set(model.of_effect(entry))
+    keep = [k for k in range(len(model.free)) if k not in gone]
+    smaller, jacobian = model.without_effect(entry), [columns[keep] for columns in state.current.jacobian]
+    done = fit(smaller, state.experiments, state.costs, effects(smaller), jacobian, steps=4)
+    new = Rest(state.current, entry, done, on_holdouts(state, done))
+    return replace(state, rests=(*of_this, new)), new
 
 
 def on_holdouts(state: GateSearch, done: Fit) -> tuple[Evaluation, ...]:

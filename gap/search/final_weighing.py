@@ -26,18 +26,19 @@ def weighed_finally(state: GateSearch, progress: Progress) -> GateSearch:
     closed: what a model leaves open decides between rivals by chance, and its names are tentative anyhow."""
     if state.cost > CLOSED:
         return state
-    for step in reversed(list(state.steps)):
+    for step in reversed(state.steps):
         if len(state.steps) > 1:
-            _dropped(state, step, progress)
+            state = _dropped(state, step, progress)
     for number, step in enumerate(state.steps[:-1]):
-        state.steps[number] = replace(step, rivals=tuple(t for t in step.rivals if _stands(state, step, t, progress)))
+        state = state.with_step(number, replace(step, rivals=tuple(t for t in step.rivals if _stands(state, step, t, progress))))
     for number, step in enumerate(state.steps):
         known = {trial.candidate.label for trial in step.rivals}
         near = [t for t in step.others if t.gain >= RIVAL_GAIN * step.trial.gain and t.candidate.label not in known]
         found = [trial for other in near if (trial := _exchanged(state, step, other)) is not None]
         for trial in found:
             progress(f"{trial.candidate.label} does as well as {step.trial.candidate.label} in the finished model")
-        state.steps[number] = replace(step, rivals=(*step.rivals, *found), others=tuple(t for t in step.others if _new(t, found)))
+        others = tuple(t for t in step.others if _new(t, found))
+        state = state.with_step(number, replace(step, rivals=(*step.rivals, *found), others=others))
     return state
 
 
@@ -45,19 +46,18 @@ def _new(trial: Trial, found: list[Trial]) -> bool:
     return all(trial.candidate.label != other.candidate.label for other in found)
 
 
-def _dropped(state: GateSearch, step: Step, progress: Progress) -> None:
-    """Take the effect out when the others, fitted again with the rig file's own constants, leave no more than is worth an effect."""
+def _dropped(state: GateSearch, step: Step, progress: Progress) -> GateSearch:
+    """The search without the effect when the others, fitted again with the rig file's own constants, leave no more than is worth one."""
     model = state.current.model.without_effect(step.entry).with_own_constants()
     if not effects(model):
-        return
+        return state
     reached = _effects_fitted(state, model)
     seen = tuple(evaluate(e, reached, state.costs) for e in state.holdouts)
     if mean_cost(seen) - state.cost > LEAST_DROP:
-        return
+        return state
     progress(f"dropped: {step.trial.candidate.label}; without it the hold-out is at {mean_cost(seen):.4g} noise floors")
-    state.steps.remove(step)
-    state.current = unfitted(reached, [evaluate(e, reached, state.costs) for e in state.experiments], state.costs)
-    state.seen = seen
+    now = unfitted(reached, [evaluate(e, reached, state.costs) for e in state.experiments], state.costs)
+    return replace(state.without_step(step), current=now, seen=seen)
 
 
 def _stands(state: GateSearch, step: Step, rival: Trial, progress: Progress) -> bool:

@@ -70,11 +70,10 @@ def _let_go(found: GateSearch, own: Model, progress: Progress) -> GateSearch:
     """The finished search with the constants' own bounds again. They are fitted once more where the holding had stopped one, unless they
     only leave their priors again for it and gain nothing."""
     held_back = _held_back(found.current.model, own)
-    found.current = _unbounded(found.current, own)
+    found = replace(found, current=_unbounded(found.current, own))
     if not (found.steps and held_back):
         return found
-    freed = replace(found)
-    refit(freed, found.current, progress)
+    freed = refit(found, found.current, progress)
     gains = found.cost > AS_GOOD_AS_STRAINED * max(freed.cost, NO_GAP)
     return freed if gains or (not alarmed(freed.current) and freed.cost <= found.cost) else found
 

@@ -45,10 +45,9 @@ def look_jointly(state: GateSearch, progress: Progress) -> GateSearch:
     step = _step(state, cautious, lowest, progress)
     taken = accept(replace(cautious, constants_only=lowest.seen), step, progress) if step else None
     if taken is not None and lowest.cost - taken.cost >= worth(lowest.cost):
-        drop_superfluous(taken, progress)
-        absorb(taken, progress)
-        if taken.steps:
-            return search(taken, progress)
+        needed = absorb(drop_superfluous(taken, progress), progress)
+        if needed.steps:
+            return search(needed, progress)
     return cautious if cautious.cost < state.cost - worth(state.cost) else state
 
 
@@ -74,7 +73,7 @@ def _cautious(state: GateSearch, progress: Progress) -> GateSearch:
     done, costs = fitted_to_its_end(state.nominal.model, experiments, costs, state.nominal.evaluations)
     seen = tuple(evaluate(e, done.model, costs) for e in state.holdouts)
     progress(f"  constants alone: hold-out {mean_cost(seen):.4g} noise floors")
-    return replace(state, experiments=experiments, costs=costs, current=done, seen=seen, constants_only=seen, rests=[])
+    return replace(state, experiments=experiments, costs=costs, current=done, seen=seen, constants_only=seen, rests=())
 
 
 def _trials(state: GateSearch, cautious: GateSearch, screening: Screening, progress: Progress) -> list[Trial]:

@@ -1,9 +1,12 @@
-"""The course of a search: the models it has gone through and the effects it has accepted, each with its rivals."""
+"""What a search by gates knows at one moment: its model and the effects it has accepted, each with its rivals.
+
+Nothing in it changes: a step takes a GateSearch and returns another.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,9 +50,9 @@ class Rest:
     seen: tuple[Evaluation, ...]
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class GateSearch:
-    """The course of a search, from the refitted nominal model to the final one."""
+    """One moment of a search, between the refitted nominal model and the final one."""
 
     experiments: Sequence[Experiment]
     holdouts: Sequence[Experiment]
@@ -60,12 +63,12 @@ class GateSearch:
     seen: tuple[Evaluation, ...]  # hold-out with the current model
     constants_only: tuple[Evaluation, ...]  # hold-out with the best constants, and no effect added
     workers: int = 1
-    steps: list[Step] = field(default_factory=list)
+    steps: tuple[Step, ...] = ()
     screening: Screening | None = None
     first_screening: Screening | None = None
     last_trials: tuple[Trial, ...] = ()
     coarse: tuple[CoarseStep, ...] = ()  # readings in steps that the rig file does not have, seen in the data themselves
-    rests: list[Rest] = field(default_factory=list)
+    rests: tuple[Rest, ...] = ()
     held: bool = False  # constants held near their own have been tried
     strained: tuple[str, ...] = ()  # constants that would explain the gap without the effects, far beyond their priors
 
@@ -89,3 +92,11 @@ class GateSearch:
     @property
     def base(self) -> Base:
         return Base(self.experiments, self.holdouts, self.costs, self.current, self.seen)
+
+    def with_step(self, number: int, step: Step) -> GateSearch:
+        """The search with another step in the place of one."""
+        return replace(self, steps=(*self.steps[:number], step, *self.steps[number + 1 :]))
+
+    def without_step(self, step: Step) -> GateSearch:
+        """The search without one of its steps."""
+        return replace(self, steps=tuple(other for other in self.steps if other is not step))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
 
 from scipy.stats import norm
 
@@ -38,16 +39,14 @@ def search(state: GateSearch, progress: Progress) -> GateSearch:
         found = candidates(state.current.model.rig, state.channels)
         plain = state.base.plain
         screening = screen(plain.current, state.costs, found, state.seen_at, progress)
-        state.first_screening = state.first_screening or screening
-        state.last_trials = tuple(sorted(_trials(state, plain, screening, progress), key=lambda trial: trial.cost))
+        trials = tuple(sorted(_trials(state, plain, screening, progress), key=lambda trial: trial.cost))
+        state = replace(state, first_screening=state.first_screening or screening, last_trials=trials)
         step = _decide(state, len(found))
         taken = accept(state, step, progress) if step else None
         if taken is None:
             break
-        before, known, state = state.cost, len(state.steps), taken
-        swap(state, progress)
-        drop_superfluous(state, progress)
-        absorb(state, progress)
+        before, known = state.cost, len(state.steps)
+        state = absorb(drop_superfluous(swap(taken, progress), progress), progress)
         if len(state.steps) <= known and before - state.cost < worth(before):
             break  # it has left again, or another for it, and the constants are not much better for it
     return state

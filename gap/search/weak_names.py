@@ -20,15 +20,15 @@ from gap.search.trial import FLOOR, clear_of_neutral, sized_by
 from gap.search.verdict import CLEAR, CLOSED
 
 
-def weighed(state: GateSearch, half_width: Array, progress: Progress) -> list[Step]:
-    """The steps of a search that closed the gap, each with why its name is weak, if it is. `half_width`: 95 %, of every free number."""
+def weighed(state: GateSearch, half_width: Array, progress: Progress) -> GateSearch:
+    """The search with why each of its names is weak, if it is, where the gap is closed. `half_width`: 95 %, of every free number."""
     if state.cost > CLOSED:
-        return state.steps
-    found = [replace(step, weak=step.weak or _unsized(state, step, half_width) or _unneeded(state, step)) for step in state.steps]
+        return state
+    found = tuple(replace(step, weak=step.weak or _unsized(state, step, half_width) or _unneeded(state, step)) for step in state.steps)
     for step in found:
         if step.weak:
             progress(f"tentative: {step.trial.candidate.label} {step.weak}")
-    return found
+    return replace(state, steps=found)
 
 
 def _unsized(state: GateSearch, step: Step, half_width: Array) -> str:
@@ -43,7 +43,7 @@ def _unsized(state: GateSearch, step: Step, half_width: Array) -> str:
 
 def _unneeded(state: GateSearch, step: Step) -> str:
     """The constants, fitted on from where it has brought them, and the other effects leave not much more without it."""
-    rest = without(state, step.entry)
+    _, rest = without(state, step.entry)
     if rest is None:
         return ""
     left = mean_cost(rest.seen)

@@ -28,7 +28,7 @@ def moved(state: GateSearch, mass_kg: float, extra_kg: float) -> GateSearch:
     theta = model.theta.copy()
     theta[number(model)] = mass_kg
     theta[model.of_effect(state.steps[1].entry)] = extra_kg
-    return replace(state, steps=list(state.steps), current=fitted(state, model.with_theta(theta)))
+    return replace(state, current=fitted(state, model.with_theta(theta)))
 
 
 def number(model: Model) -> int:
@@ -47,8 +47,8 @@ def test_the_constant_in_the_effects_place_predicts_the_same(state: GateSearch) 
 
 
 def test_the_name_goes_and_the_constant_is_fitted(state: GateSearch) -> None:
-    found, told = moved(state, MASS_KG, 3.0), []
-    absorb(found, told.append)
+    told: list[str] = []
+    found = absorb(moved(state, MASS_KG, 3.0), told.append)
     assert [step.trial.candidate.effect for step in found.steps] == ["coulomb_friction"]
     assert f"dropped: inertia_error at axis is {MASS} within +1.6 prior standard deviations" in told
     assert found.current.model.theta[number(found.current.model)] == pytest.approx(MASS_KG, rel=0.002)
@@ -65,14 +65,12 @@ def test_what_the_constant_itself_has_moved_counts(state: GateSearch) -> None:
 
 def test_an_effect_that_no_constant_stands_for_stays(state: GateSearch) -> None:
     assert constant_instead(state.current, state.steps[0].entry) is None
-    whole = moved(state, MASS_KG, 5.0)
-    absorb(whole, quiet)
+    whole = absorb(moved(state, MASS_KG, 5.0), quiet)
     assert len(whole.steps) == 2
 
 
 def test_constants_are_what_the_verdict_weighs_when_no_name_is_left(state: GateSearch) -> None:
-    alone = replace(moved(state, MASS_KG, 3.0), steps=[state.steps[1]])
-    absorb(alone, quiet)
-    assert alone.steps == []
+    alone = absorb(replace(moved(state, MASS_KG, 3.0), steps=state.steps[1:]), quiet)
+    assert alone.steps == ()
     assert alone.constants_only is alone.seen
     assert mean_cost(alone.constants_only) < 1.05

@@ -19,8 +19,8 @@ def state(tmp_path_factory: pytest.TempPathFactory) -> GateSearch:
 
 
 def test_the_newest_goes_where_the_model_does_as_well_without_it(state: GateSearch) -> None:
-    found, told = replace(state, steps=list(state.steps)), []
-    drop_superfluous(found, told.append)
+    told: list[str] = []
+    found = drop_superfluous(state, told.append)
     assert [step.trial.candidate.effect for step in found.steps] == ["coulomb_friction"]
     assert [entry.effect for entry in found.current.model.added] == ["coulomb_friction"]
     assert any(line.startswith("dropped: valve_deadband at axis explains nothing") for line in told)
@@ -28,16 +28,14 @@ def test_the_newest_goes_where_the_model_does_as_well_without_it(state: GateSear
 
 
 def test_what_is_needed_stays_also_as_the_newest(state: GateSearch) -> None:
-    turned = replace(state, steps=list(reversed(state.steps)))
-    drop_superfluous(turned, quiet)
+    turned = drop_superfluous(replace(state, steps=state.steps[::-1]), quiet)
     assert [step.trial.candidate.effect for step in turned.steps] == ["coulomb_friction"]
 
 
 def test_without_any_name_the_verdict_weighs_the_constants_it_led_to(state: GateSearch) -> None:
     """The constants may be far better off than before the effect: it had brought them to another place."""
-    alone = replace(state, steps=[state.steps[1]])
-    assert mean_cost(alone.constants_only) > 10.0
-    drop_superfluous(alone, quiet)
-    assert alone.steps == []
+    assert mean_cost(state.constants_only) > 10.0
+    alone = drop_superfluous(replace(state, steps=state.steps[1:]), quiet)
+    assert alone.steps == ()
     assert alone.constants_only is alone.seen
     assert mean_cost(alone.constants_only) < 1.05

@@ -23,7 +23,7 @@ def unnamed(done: GateSearch, pull: float) -> GateSearch:
     """The same search before it has found anything, its first constant so many prior standard deviations away."""
     model = done.nominal.model
     theta = model.theta + pull * model.scales * (np.arange(len(model.theta)) == 0)
-    return replace(done, steps=[], current=replace(done.nominal, model=model.with_theta(theta)), seen=done.constants_only)
+    return replace(done, steps=(), current=replace(done.nominal, model=model.with_theta(theta)), seen=done.constants_only)
 
 
 def test_the_effect_that_strained_constants_stood_for_is_named(done: GateSearch) -> None:

@@ -89,7 +89,7 @@ def state(tmp_path_factory: pytest.TempPathFactory) -> GateSearch:
 
 def test_a_friction_that_the_search_has_missed_is_named(state: GateSearch) -> None:
     """The search stands where it began, with no name: the refitted constants of a model without friction."""
-    missed = replace(state, steps=[], current=state.nominal, seen=state.constants_only)
+    missed = replace(state, steps=(), current=state.nominal, seen=state.constants_only)
     found = look_jointly(missed, quiet)
     assert [step.trial.candidate.effect for step in found.steps] == ["coulomb_friction"]
     assert found.steps[0].weak == ""  # the hold-out alone would have done
@@ -103,4 +103,4 @@ def test_what_is_named_already_is_left_alone(state: GateSearch) -> None:
 
 def test_where_no_effect_could_be_worth_anything_none_is_tried(state: GateSearch) -> None:
     """Its cost is at the floor: the model that has the friction."""
-    assert look_jointly(replace(state, steps=[]), quiet).steps == []
+    assert look_jointly(replace(state, steps=()), quiet).steps == ()

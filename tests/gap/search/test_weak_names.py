@@ -36,7 +36,7 @@ def of_steps(state: GateSearch, word: Verdict) -> list[bool]:
 
 def test_an_effect_whose_interval_holds_nothing_is_not_confirmed_beside_one_that_closes_the_gap(state: GateSearch) -> None:
     assert state.cost < CLOSED
-    found = replace(state, steps=weighed(state, half_width(state), quiet))
+    found = weighed(state, half_width(state), quiet)
     friction, deadband = found.steps
     assert friction.weak == ""
     assert deadband.weak.startswith("may be nothing (overlap ")
@@ -48,7 +48,7 @@ def test_an_effect_whose_interval_holds_nothing_is_not_confirmed_beside_one_that
 
 def test_an_effect_of_certain_size_that_the_others_hardly_need_is_not_confirmed(state: GateSearch) -> None:
     sure = np.full(len(state.current.model.free), 1e-12)
-    found = replace(state, steps=weighed(state, sure, quiet))
+    found = weighed(state, sure, quiet)
     assert found.steps[0].weak == ""
     assert found.steps[1].weak.startswith("is hardly needed (hold-out without it ")
 
@@ -56,20 +56,20 @@ def test_an_effect_of_certain_size_that_the_others_hardly_need_is_not_confirmed(
 def test_the_only_name_is_weighed_against_constants_fitted_on_from_its_place(state: GateSearch) -> None:
     """What the verdict has beside it, the first fit of the constants, ended at far more."""
     sure = np.full(len(state.current.model.free), 1e-12)
-    (alone,) = replace(state, steps=weighed(replace(state, steps=state.steps[1:]), sure, quiet)).steps
+    (alone,) = weighed(replace(state, steps=state.steps[1:]), sure, quiet).steps
     assert mean_cost(state.constants_only) > 10.0
     assert alone.weak.startswith("is hardly needed (hold-out without it ")
 
 
 def test_the_rest_without_an_effect_is_fitted_once(state: GateSearch) -> None:
-    rest = without(state, state.steps[1].entry)
+    knowing, rest = without(state, state.steps[1].entry)
     assert rest is not None
-    assert without(state, state.steps[1].entry) is rest
-    moved = replace(state, current=replace(state.current))
-    assert without(moved, state.steps[1].entry) is not rest
+    assert without(knowing, state.steps[1].entry)[1] is rest
+    moved = replace(knowing, current=replace(state.current))
+    assert without(moved, state.steps[1].entry)[1] is not rest
 
 
 def test_names_of_an_open_gap_are_not_weighed(state: GateSearch) -> None:
     wide = replace(state, seen=tuple(replace(e, window_costs=10.0 * e.window_costs) for e in state.seen))
-    assert weighed(wide, half_width(state), quiet) == wide.steps
+    assert weighed(wide, half_width(state), quiet) is wide
     assert not verdict(wide, 300.0, 200.0, wide.cost).confirmed

@@ -45,7 +45,7 @@ def finished(folder: Path, size: float, second: str = "valve_deadband", text: st
     second = Step(both.added[1], trial(begun, found[second], both), (), ())
     current = fitted(begun, both)
     seen = tuple(evaluate(e, both, begun.costs) for e in held)
-    return replace(begun, current=current, seen=seen, steps=[first, second])
+    return replace(begun, current=current, seen=seen, steps=(first, second))
 
 
 def with_effect(model: Model, candidate: Candidate, value: float) -> Model:
