@@ -13,24 +13,17 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.fitting.evaluation import NO_GAP, Costing, Evaluation, evaluate, judged, limits, mean_cost, recounted, rho
+from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, limits, mean_cost, rho
 from gap.fitting.initial_states import Projection
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities
-from gap.fitting.simulate import remembering, simulate
+from gap.fitting.simulate import simulate
 
 _DAMPINGS = (0.0, 0.1, 3.0)
 INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard deviation, below which its sensitivity is not renewed
 CARRIES = 0.05  # of the largest share in a step's effect, below which a constant's sensitivity is not renewed either
 MOST_RENEWALS = 2  # of the sensitivities in one fit: more are spent on models that are wrong anyhow
 HALF = 0.5  # of the promised gain; a step that gives less was made with stale sensitivities
-SETTLINGS = 3
-SAME_TAU = 0.7  # ratio of correlation times above which they are one
-CONVERGED = 1e-3  # a base that has not converged would sell its rest to the next candidate
-POLISHINGS, POLISH_STEPS = 4, 3
-REFIT_STEPS = 8
-LITTLE = 0.05  # of the rig file's excess over the floor
-ENDED = 0.1  # relative gain in excess over the floor below which polishing ends
 ENOUGH = 5e-3  # relative gain of a step below which a fit ends
 
 
@@ -84,50 +77,6 @@ def fit(
             break
         fresh, disappointed = False, not kept_promise
     return Fit(work.model, tuple(work.now), tuple(work.raw), tuple(work.columns), work.objective)
-
-
-def settled(done: Fit, experiments: Sequence[Experiment], costs: Costing, steps: int) -> tuple[Fit, Costing]:
-    """All numbers fitted until the residual's correlation time is that of the model itself: while a model is wrong its residual is
-    correlated over long times, and the data count for less than they should."""
-    numbers = range(len(done.model.free))
-    for _ in range(SETTLINGS):
-        renewed = recounted(costs, done.evaluations)
-        if renewed.tau > SAME_TAU * costs.tau:
-            break
-        costs = renewed
-        known = [e.projection for e in done.evaluations]
-        done = fit(done.model, experiments, costs, numbers, done.jacobian, steps, known, CONVERGED)
-    return done, costs
-
-
-def polished(done: Fit, nominal: Sequence[Evaluation], costs: Costing, good: float = NO_GAP) -> tuple[Fit, Costing]:
-    """The fit taken on with sensitivities and start states of its own, where it has left little of a large gap: far from where they were
-    taken, old ones end it beside the best place, and what is left there looks like a missing effect. `good`: cost of a fit that is left
-    as it is."""
-    for _ in range(POLISHINGS):
-        if done.cost <= good or done.cost - 1.0 > LITTLE * (mean_cost(nominal) - 1.0):
-            break
-        vector = done.model.vector()
-        experiments = [remembering(e.experiment, vector) for e in done.evaluations]
-        further = fit(done.model, experiments, costs, range(len(done.model.free)), None, POLISH_STEPS, enough=CONVERGED)
-        gained = done.cost - further.cost
-        if gained > 0.0:
-            done, costs = further, recounted(costs, further.evaluations)
-        if gained < ENDED * max(done.cost - 1.0, NO_GAP - 1.0):
-            break
-    return done, costs
-
-
-def whole_fit(start: Model, experiments: Sequence[Experiment], costs: Costing) -> Fit:
-    """All numbers fitted from `start`, with sensitivities of their own."""
-    return fit(start, experiments, costs, range(len(start.free)), None, REFIT_STEPS, enough=CONVERGED)
-
-
-def fitted_to_its_end(
-    start: Model, experiments: Sequence[Experiment], costs: Costing, nominal: Sequence[Evaluation]
-) -> tuple[Fit, Costing]:
-    """The same, and on from there with sensitivities and start states renewed."""
-    return polished(whole_fit(start, experiments, costs), nominal, costs, 0.0)
 
 
 class _Descent:

@@ -14,8 +14,9 @@ import numpy as np
 from config.loading.load import LoadedRig
 from config.parsing.provenance import FIXED
 from config.progress import Progress
+from gap.fitting.convergence import whole_fit
 from gap.fitting.evaluation import evaluate, mean_cost
-from gap.fitting.fit import Fit, covariance, full_step, whole_fit
+from gap.fitting.fit import Fit, covariance, full_step
 from gap.fitting.model import Free, Model
 from gap.fitting.nuisance import held
 from gap.fitting.sensitivity import projected, sensitivities

@@ -10,8 +10,9 @@ import numpy as np
 from config.loading.load import LoadedRig, rig_from_text
 from config.progress import Progress
 from gap.data.measured import Array
+from gap.fitting.convergence import fitted_to_its_end
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
-from gap.fitting.fit import fit, fitted_to_its_end
+from gap.fitting.fit import fit
 from gap.fitting.model import Model
 from gap.outcome.model_file import improved, moved, width_key
 from gap.search.search_state import GateSearch

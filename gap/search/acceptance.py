@@ -7,8 +7,9 @@ from dataclasses import replace
 from config.progress import Progress
 from config.schema.effect_entry import EffectEntry
 from gap.fitting.compare import paired_t
+from gap.fitting.convergence import REFIT_STEPS, settled, whole_fit
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
-from gap.fitting.fit import REFIT_STEPS, Fit, fit, settled, whole_fit
+from gap.fitting.fit import Fit, fit
 from gap.fitting.initial_states import marginalised
 from gap.fitting.simulate import remembering
 from gap.search.search_state import LEAST_DROP, GateSearch, Rest, Step

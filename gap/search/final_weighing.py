@@ -12,8 +12,9 @@ from dataclasses import replace
 
 from config.progress import Progress
 from gap.fitting.compare import separation_t
+from gap.fitting.convergence import whole_fit
 from gap.fitting.evaluation import evaluate, mean_cost
-from gap.fitting.fit import unfitted, whole_fit
+from gap.fitting.fit import unfitted
 from gap.fitting.initial_states import marginalised
 from gap.fitting.model import Model
 from gap.search.search_state import LEAST_DROP, RIVAL_GAIN, RIVAL_T, GateSearch, Step

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from config.progress import Progress
+from gap.fitting.convergence import CONVERGED, REFIT_STEPS, polished, settled
 from gap.fitting.evaluation import NO_GAP, evaluate, recounted
-from gap.fitting.fit import CONVERGED, REFIT_STEPS, Fit, fit, polished, settled
+from gap.fitting.fit import Fit, fit
 from gap.fitting.model import Free, Model
 from gap.fitting.nuisance import HONEST
 from gap.search.acceptance import refit

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 from config.progress import Progress
 from gap.fitting.compare import paired_t
+from gap.fitting.convergence import fitted_to_its_end, whole_fit
 from gap.fitting.evaluation import Costing, evaluate, mean_cost
-from gap.fitting.fit import fitted_to_its_end, whole_fit
 from gap.fitting.thinned import thinned
 from gap.search.absorbed import absorb
 from gap.search.acceptance import accept, drop_superfluous

@@ -11,8 +11,9 @@ from gap.data.measured import Measured, compared
 from gap.data.noise import noise_floors
 from gap.data.strata import chosen
 from gap.data.windows import Experiment, left_in, prepare, velocities
+from gap.fitting.convergence import CONVERGED, REFIT_STEPS, settled
 from gap.fitting.evaluation import Evaluation, costing, evaluate, judged, mean_cost
-from gap.fitting.fit import CONVERGED, REFIT_STEPS, Fit, fit, settled, unfitted
+from gap.fitting.fit import Fit, fit, unfitted
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering, some
 from gap.search.search_state import GateSearch

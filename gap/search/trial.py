@@ -12,8 +12,9 @@ from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.compare import paired_t
+from gap.fitting.convergence import fitted_to_its_end
 from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, mean_cost
-from gap.fitting.fit import Fit, covariance, fit, fitted_to_its_end
+from gap.fitting.fit import Fit, covariance, fit
 from gap.fitting.initial_states import Projection, marginalised
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected

@@ -22,8 +22,9 @@ from gap.data.data_check import DataProblem, check
 from gap.data.measured import Array, Measured
 from gap.data.strata import chosen
 from gap.data.windows import Experiment, velocities
+from gap.fitting.convergence import CONVERGED, whole_fit
 from gap.fitting.evaluation import Costing, Evaluation, costing, evaluate, judged, recounted
-from gap.fitting.fit import CONVERGED, Fit, covariance, full_step, whole_fit
+from gap.fitting.fit import Fit, covariance, full_step
 from gap.fitting.model import Model
 from gap.fitting.model_check import against_model
 from gap.fitting.nuisance import nuisances
