@@ -94,9 +94,7 @@ def _first_trials(plain: Base, kept: Sequence[Signature], pool: Executor, progre
 def _contenders(trials: Sequence[Trial], screening: Screening, solved: bool) -> list[Trial]:
     """First trials near the best, and whatever they gave those of the leading signatures: of the best trial's own signature where that one
     solves the gap (a first fit of two numbers may end far off where one number does), else of the first in the order."""
-    best = max(trials, key=lambda trial: trial.gain, default=None)
-    if best is None:
-        return []
+    best = max(trials, key=lambda trial: trial.gain)
     chosen = best.candidate
     leading = screening.same_direction(chosen.effect, chosen.where) if solved else [s.candidate for s in screening.kept()[:LEADING]]
     labels = {candidate.label for candidate in leading}

@@ -2,53 +2,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.gap.look_alike_cases import ONE_WAY
 from benchmarks.gap.look_alikes import hidden_and_logged
 from gap.find import find
-from gap.search.select import CONTENDER, LEADING, _contenders
+from gap.search.search_state import GateSearch
+from gap.search.select import search
 from gap.search.settings import Settings
-from gap.signatures.screen import Screening
+from tests.support.gap import axis_logs
+from tests.support.gap.small_friction import OWN_N, Log, opened
 
-NAMES = ("lag", "delay", "stiction", "gravity")
-
-
-def trial(name: str, gain: float) -> Any:
-    return SimpleNamespace(candidate=candidate(name), gain=gain)
+FURTHER = ", own initial states"
 
 
-def candidate(name: str) -> Any:
-    return SimpleNamespace(effect=name, where="axis", label=f"{name} at axis")
+def fitted_on(told: Sequence[str]) -> set[str]:
+    """Effects that the first round of a search fits further."""
+    first = told[: next(k for k, line in enumerate(told) if line.startswith("accepted"))]
+    return {line.split(" at ")[0].strip() for line in first if FURTHER in line}
 
 
-def screening(alike: float) -> Screening:
-    """Lag and delay nearly or not at all in one direction."""
-    cosines = np.eye(4)
-    cosines[0, 1] = cosines[1, 0] = alike
-    signatures: Any = tuple(SimpleNamespace(candidate=candidate(name)) for name in NAMES)
-    return Screening(signatures, cosines)
+def searched(state: GateSearch) -> tuple[set[str], list[str]]:
+    """What the first round fits further, and the signatures it begins with, the leading ones first."""
+    told: list[str] = []
+    found = search(state, told.append)
+    assert found.first_screening is not None
+    return fitted_on(told), [signature.candidate.effect for signature in found.first_screening.kept()]
 
 
-@pytest.mark.parametrize(("alike", "expected"), [(0.99, ["lag", "delay"]), (-0.99, ["lag", "delay"]), (0.5, ["delay"])])
-def test_where_one_solves_the_gap_all_of_its_signature_are_fitted_on(alike: float, expected: list[str]) -> None:
-    trials = [trial("lag", -3.0), trial("delay", 0.97), trial("stiction", 0.1), trial("gravity", CONTENDER * 0.97 - 0.01)]
-    assert [t.candidate.effect for t in _contenders(trials, screening(alike), solved=True)] == expected
+@pytest.mark.slow
+def test_where_one_solves_the_gap_no_other_signature_is_fitted_on(tmp_path: Path) -> None:
+    """Not even the second of the order."""
+    further, order = searched(opened(tmp_path, Log(0.5, 1), Log(0.5, 2, 3.0)))
+    assert order[0] == "coulomb_friction"
+    assert further == {"coulomb_friction"}
 
 
-def test_where_none_does_the_first_signatures_are() -> None:
-    trials = [trial(name, gain) for name, gain in zip(NAMES, (-3.0, 0.0, 0.4, 0.35), strict=True)]
-    chosen = [t.candidate.effect for t in _contenders(trials, screening(0.99), solved=False)]
-    assert chosen == [*NAMES[:LEADING], "stiction", "gravity"]
+@pytest.mark.slow
+def test_where_none_does_the_first_signatures_are(tmp_path: Path) -> None:
+    """Noise that nothing explains keeps the best from solving it; the second is fitted on, whatever its first fit brought."""
+    further, order = searched(opened(tmp_path, Log(0.5, 1), Log(0.5, 2, 3.0), Log(0.5, 3, 6.0, noise_um=4.0)))
+    assert order[:2] == ["coulomb_friction", "asymmetric_friction"]
+    assert len(order) > 4
+    assert further == set(order[:2])
 
 
-def test_no_trials_no_contenders() -> None:
-    assert _contenders([], screening(0.0), solved=False) == []
+@pytest.mark.slow
+def test_what_gains_nearly_as_much_is_fitted_on(tmp_path: Path) -> None:
+    """Both frictions are missing, and each takes nine tenths of the gap."""
+    text = axis_logs.axis_text("coulomb_friction", "viscous_friction")
+    further, order = searched(opened(tmp_path, Log(OWN_N, 11), Log(OWN_N, 12), text=text))
+    assert further == {"coulomb_friction", "viscous_friction"}
+    assert len(order) > 4
 
 
 @pytest.mark.slow
@@ -58,8 +66,10 @@ def test_a_lag_is_not_taken_for_a_delay(tmp_path: Path, time_constant: str) -> N
     off; the smaller has no size, since time constant and damping take each other's place."""
     number = next(k for k, case in enumerate(ONE_WAY.cases) if f"time_constant: {time_constant}, damping_ratio: 0.7" in case)
     _, logs, _ = hidden_and_logged(ONE_WAY, ONE_WAY.cases[number], 1000 + 10 * number, tmp_path)
-    found = find(tmp_path / "model.yaml", logs[:1], logs[1:], tmp_path / "out", lambda line: None, Settings(propose=False))
+    told: list[str] = []
+    found = find(tmp_path / "model.yaml", logs[:1], logs[1:], tmp_path / "out", told.append, Settings(propose=False))
     (named,) = found.content["findings"]
     assert not named["confirmed"]
     assert {named["effect"], *(rival["effect"] for rival in named["look_alikes"])} == {"valve_lag", "transport_delay"}
     assert all(rival["holdout_gain"] > 0.5 for rival in named["look_alikes"])
+    assert fitted_on(told) == {"valve_lag", "transport_delay"}

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gap.fitting.evaluation import Costing
 from gap.signatures.projection import ConstantsProjection
-from gap.signatures.screen import TriedSize
+from gap.signatures.screen import Screening, TriedSize
 
 WINDOWS, VALUES, CONSTANTS, TAU = 4, 30, 5, 2.5
 
@@ -58,3 +58,12 @@ def test_an_effect_that_would_have_to_be_less_than_nothing_explains_nothing() ->
     either = TriedSize(model, np.ones(3), slope=-2.0, curvature=4.0, most=10.0, least=-10.0, answers=np.zeros(1))
     assert either.multiple == -0.5
     assert either.lowers(either.multiple) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("cosine", "alike"), [(0.99, ["delay"]), (-0.99, ["delay"]), (0.5, [])])
+def test_one_direction_is_one_line_whatever_its_sign(cosine: float, alike: list[str]) -> None:
+    """A lag and a delay nearly, or not at all, in one direction."""
+    names, cosines = ("lag", "delay", "gravity"), np.eye(3)
+    cosines[0, 1] = cosines[1, 0] = cosine
+    signatures: Any = tuple(SimpleNamespace(candidate=SimpleNamespace(effect=name, where="axis")) for name in names)
+    assert [candidate.effect for candidate in Screening(signatures, cosines).same_direction("lag", "axis")] == alike
