@@ -36,17 +36,10 @@ Content = dict[str, Any]  # a part of findings.json
 
 def concluded(done: Searched) -> Found:
     """The verdict with everything that report, findings file and improved rig file need."""
-    done = replace(done, state=_at_own_scale(done.state))
-    state, progress = done.state, done.progress
-    progress("confidence intervals")
-    half_width = confidence(state.current, state.costs)
-    if done.decided:
-        half_width = np.maximum(half_width, done.decided.half_width)
-    else:
-        state = weighed(state, half_width, progress)
-    judged = judged_file(replace(done, state=state), half_width)
-    places = localise(done.nominal, done.names, state.first_screening, done.loaded.rig)
-    state = replace(state, screening=_smallest(state, progress))
+    done, half_width = _weighed(done)
+    judged = judged_file(done, half_width)
+    places = localise(done.nominal, done.names, done.state.first_screening, done.loaded.rig)
+    state, progress = replace(done.state, screening=_smallest(done.state, done.progress)), done.progress
     done = replace(done, state=state)
     found, leads = _findings(done, judged, half_width)
     word = with_steps(judged.word, state.coarse)
@@ -67,6 +60,16 @@ def concluded(done: Searched) -> Found:
         improved_text=text,
         content=content,
     )
+
+
+def _weighed(done: Searched) -> tuple[Searched, Array]:
+    """The search with its weak names told, and the 95 % half width of every free number."""
+    state = _at_own_scale(done.state)
+    done.progress("confidence intervals")
+    half_width = confidence(state.current, state.costs)
+    if done.decided:
+        return replace(done, state=state), np.maximum(half_width, done.decided.half_width)
+    return replace(done, state=weighed(state, half_width, done.progress)), half_width
 
 
 def _at_own_scale(state: GateSearch) -> GateSearch:
