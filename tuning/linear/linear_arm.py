@@ -34,7 +34,8 @@ STATES: tuple[int, ...] = (
     X.SHAPE_1_RATE,
     X.SHAPE_2_RATE,
 )
-_STEPS: dict[int, float] = {D.POSITION: 1e-6, D.VELOCITY: 1e-6, D.SPOOL: 1e-6, D.SPOOL_RATE: 1e-4, D.PRESSURE_A: 10.0, D.PRESSURE_B: 10.0}
+_STEPS: dict[int, float] = {D.POSITION: 1e-6, D.VELOCITY: 1e-6, D.SPOOL: 1e-6, D.SPOOL_RATE: 1e-4, D.PRESSURE_A: 10.0, D.PRESSURE_B: 10.0,
+                            D.BRISTLE: 1e-8}  # fmt: skip
 _SHAPE_STEP = 1e-7
 _NO_LAG_S = 1e-5
 

@@ -1,7 +1,8 @@
 """A single hydraulic axis as a linear system: derivatives of the running plant's own equations at rest, or while it slides.
 
-As for the arm, without Coulomb friction and stiction. The valve of a real axis gives other gains and other damping when it is open, and
-to either side where the piston's areas differ, so the axis is linearised about steady sliding too.
+The valve of a real axis gives other gains and other damping when it is open, and to either side where the piston's areas differ, so the
+axis is linearised about steady sliding too. Dry friction is left out as for the arm, or taken as its bristles are: at rest they hold the
+axis, and while it slides they resist a change of speed by the slope of the friction curve, which falls where the axis slides slowly.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from tuning.linear.linear_arm import LinearArm, jacobians
 NO_LAG_S = 1e-5
 JOINT_STATES = (D.POSITION, D.VELOCITY, D.SPOOL, D.SPOOL_RATE, D.PRESSURE_A, D.PRESSURE_B)
 _BALANCED = (D.VELOCITY, D.PRESSURE_A, D.PRESSURE_B)
+_SCALES = {D.VELOCITY: 1.0, D.PRESSURE_A: 1e6, D.PRESSURE_B: 1e6, D.BRISTLE: 1e-4}
 _NEAR = 1e-6  # of the pressures' and the velocity's rates at full opening
 
 
@@ -33,11 +35,11 @@ def is_hydraulic_axis(rig: Rig) -> bool:
 
 
 def linear_axis(
-    rig: Rig, position: float, opening: float = 0.0, temperature_C: float | None = None, *, valve_lag: bool = True
+    rig: Rig, position: float, opening: float = 0.0, temperature_C: float | None = None, *, friction: bool = False, valve_lag: bool = True
 ) -> LinearArm:
     """Linearise the axis at a position (m or rad) where its spool is open by a share of its stroke, and it slides as fast as that makes it.
 
-    `valve_lag` False: the spool follows at once, for load and oil alone.
+    `friction` False: without Coulomb friction and stiction; `valve_lag` False: the spool follows at once, for load and oil alone.
     ManeuverError for a rig without a hydraulic axis, and where no steady sliding is found.
     """
     if not is_hydraulic_axis(rig):
@@ -45,7 +47,9 @@ def linear_axis(
     plant = SimulatedRig(rig)
     (name,) = plant.joints
     values, slot = plant.parameters.values, plant.parameters.offset(J.KIND, name) // len(J)
-    values[[plant.parameters.offset(J.COULOMB, name), plant.parameters.offset(J.STICTION, name)]] = 0.0
+    dry = [plant.parameters.offset(J.COULOMB, name), plant.parameters.offset(J.STICTION, name)]
+    rubs = values[dry].copy()
+    values[dry] = 0.0
     lag = plant.parameters.offset(J.VALVE_TIME, name)
     at_once = values[lag] == 0.0 or not valve_lag
     plant.reset([position], temperature_C)
@@ -54,7 +58,13 @@ def linear_axis(
     base[first + D.VELOCITY] = base[first + D.SPOOL_RATE] = 0.0
     if opening:
         _slide(base, values, slot, opening, rig.name)
-    states = [first + int(state) for state in JOINT_STATES]
+    if friction and rubs.any():
+        values[dry] = rubs
+        if opening:  # from where it slides without friction, with the bristles bent
+            stiffness = values[plant.parameters.offset(J.BRISTLE_STIFFNESS, name)]
+            base[first + D.BRISTLE] = np.sign(base[first + D.VELOCITY]) * rubs[0] / stiffness
+            _slide(base, values, slot, opening, rig.name, (*_BALANCED, D.BRISTLE))
+    states = [first + int(state) for state in (*JOINT_STATES, *((D.BRISTLE,) if friction and rubs.any() else ()))]
     a, b = jacobians(base, values, states, slot * W_STRIDE + W.WANTED)
     if at_once:  # the spool is the input
         spool = JOINT_STATES.index(D.SPOOL)
@@ -65,15 +75,22 @@ def linear_axis(
     return LinearArm(a, b / values[plant.parameters.offset(J.FULL_SCALE, name)], row, np.zeros(len(b)), 1.0)
 
 
-def _slide(base: Vector, values: Vector, slot: int, opening: float, where: str) -> None:
-    """Set velocity and pressures so that neither changes with the spool held open."""
+def axis_states(axis: LinearArm, joint: str, unit: str) -> list[str]:
+    """Names of its states with their units: with a spool where the valve lags, with bristles where friction is taken in."""
+    spool = [] if len(axis.b) < 6 else ["spool", "spool_rate_per_s"]
+    bristle = [f"bristle_{unit}"] if len(axis.b) % 2 else []
+    return [f"{joint}_position_{unit}", f"{joint}_velocity_{unit}_per_s", *spool, "pressure_A_Pa", "pressure_B_Pa", *bristle]
+
+
+def _slide(base: Vector, values: Vector, slot: int, opening: float, where: str, balanced: tuple[D, ...] = _BALANCED) -> None:
+    """Set velocity and pressures, and the bristles, so that none changes with the spool held open."""
     first, work, rate = slot * D_STRIDE, np.zeros(WORK), np.zeros(DIFFERENTIAL)
     base[first + D.SPOOL] = opening
     kernel.hold_terms(base, values, work)
     kernel.start_air(base, values, work)
     work[slot * W_STRIDE + W.WANTED] = opening
-    index = [first + int(state) for state in _BALANCED]
-    scale = np.array([1.0, 1e6, 1e6])
+    index = [first + int(state) for state in balanced]
+    scale = np.array([_SCALES[state] for state in balanced])
 
     def imbalance(v: Floats) -> Floats:
         base[index] = v * scale

@@ -19,7 +19,7 @@ from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
 from tuning.linear.linear_arm import LinearArm, linear_arm
 from tuning.loop_design.amplitude_members import amplitude_members
-from tuning.loop_design.axis_design import axis_problem, position_response
+from tuning.loop_design.axis_design import axis_joint, axis_problem, position_response
 from tuning.loop_design.lag_lead_design import Demands, Design, DesignProblem, PlantResponse, at_pace, search
 from tuning.loop_design.measured_plant import MeasuredPlant
 from tuning.loop_design.rotary_joint import DesignedJoint, designed_joint
@@ -51,8 +51,8 @@ class OperatingPoint:
 
 @dataclass(frozen=True, slots=True)
 class ArmDesign:
-    """The lag-lead found and the best pure gain under the same demands; `chosen` is the stiffer one, `hunting` an arm's cycles
-    with friction."""
+    """The lag-lead found and the best pure gain under the same demands; `chosen` is the stiffer one, `hunting` its cycles with
+    friction."""
 
     problem: DesignProblem
     lag_lead: Design
@@ -148,21 +148,18 @@ def design(
 ) -> ArmDesign:
     """Search lag-lead and pure gain for the arm's rotary joint or a single axis; gains are in V/rad (or V/m).
 
-    `measured`: responses of that joint on the rig, on which the margins are kept too. `largest_cycle`: load amplitude of an arm's hunting
-    that is allowed, in H_c. Lag makes the loop hunt, so while the cycle is too large the search goes on with less of it. The hunting of a
-    single axis is not computed: its friction is not known to yield as the arm's does.
+    `measured`: responses of that joint on the rig, on which the margins are kept too. `largest_cycle`: load amplitude of the hunting that
+    is allowed, in H_c. Lag makes the loop hunt, so while the cycle is too large the search goes on with less of it.
     """
-    if rig.arm.kind == "single_axis":
-        problem = with_measured(axis_problem(rig, demands), measured)
-        pure, found = search(problem, with_sections=False, effort=effort), search(problem, effort=effort)
-        return ArmDesign(problem, found, pure, max(found, pure, key=lambda one: one.stiffness_gain_dB), ())
-    problem, joint = with_measured(arm_problem(rig, tip_gain, demands), measured), _joint(rig)
+    single = rig.arm.kind == "single_axis"
+    problem = with_measured(axis_problem(rig, demands) if single else arm_problem(rig, tip_gain, demands), measured)
+    joint = axis_joint(rig) if single else _joint(rig)
     pure = search(problem, with_sections=False, effort=effort)
     found = search(problem, effort=effort)
-    while _cycle_size(joint, found.servo) > largest_cycle and problem.demands.lag_ratio > 1.01:
+    while _hunts_more(joint, found.servo, largest_cycle) and problem.demands.lag_ratio > 1.01:
         problem = replace(problem, demands=replace(problem.demands, lag_ratio=max(1.0, problem.demands.lag_ratio / LESS_LAG)))
         found = search(problem, effort=effort)
-    allowed = _cycle_size(joint, found.servo) <= largest_cycle
+    allowed = not _hunts_more(joint, found.servo, largest_cycle)
     chosen = found if allowed and found.stiffness_gain_dB > pure.stiffness_gain_dB else pure
     return ArmDesign(problem, found, pure, chosen, hunting(joint, chosen.servo))
 
@@ -172,9 +169,11 @@ def with_measured(problem: DesignProblem, measured: Sequence[MeasuredPlant]) -> 
     return replace(problem, plants=(*problem.plants, *measured))
 
 
-def _cycle_size(joint: DesignedJoint, servo: Servo) -> float:
-    """Largest load amplitude of any hunting, in H_c; 0 when it always comes to rest."""
-    return max((cycle.load_amplitude for cycle in hunting(joint, servo) if cycle is not None), default=0.0)
+def _hunts_more(joint: DesignedJoint, servo: Servo, largest_cycle: float) -> bool:
+    """Whether any cycle's load amplitude is above this, in H_c. The cycles of a joint unlike the paper's take seconds to find."""
+    if largest_cycle == inf:
+        return False
+    return any(cycle is not None and cycle.load_amplitude > largest_cycle for cycle in hunting(joint, servo))
 
 
 def hunting(joint: DesignedJoint, servo: Servo) -> tuple[Cycle | None, ...]:

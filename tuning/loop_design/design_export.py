@@ -6,7 +6,8 @@ The file holds everything that the printed margins and damping were computed fro
     feedback = tip_gain · tip_share · ((kept − lead) · F(z) + lead) · deflection / extension,     (kept, lead) = tip_lead
 
 Margins are those of C(s) with every rigid plant times each of `gain_factors` and with every amplitude; least damping is that of C(z) and
-feedback with every flexible plant behind a hold, C times each of `gain_factors`.
+feedback with every flexible plant behind a hold and `delay_periods` whole periods, C times each of `gain_factors`. A single axis has no
+link: `rigid` are the places where it slides, `flexible` the same and those where its friction holds it.
 """
 
 from __future__ import annotations
@@ -26,8 +27,10 @@ from config.schema.rig import LinkMode, Rig
 from config.whole_file import whole_file
 from tuning.linear.family import GAINS, sampled_compensator
 from tuning.linear.linear_arm import linear_arm
+from tuning.linear.linear_axis import axis_states
 from tuning.linear.margins import GRID_HZ
 from tuning.loop_design.arm_design import DELAY_CYCLES, ArmDesign, kept_damping, operating_points
+from tuning.loop_design.axis_design import DELAY_PERIODS, axis_places
 from tuning.loop_design.measured_plant import MeasuredPlant
 from tuning.loop_design.workspace import UNLOADED, places_in
 from tuning.transfer import lag_lead
@@ -38,7 +41,8 @@ STATES = (
     "tip_deflection_m", "second_shape_m", "tip_deflection_rate_m_per_s", "second_shape_rate_m_per_s",
 )  # fmt: skip
 INPUT, OUTPUTS = "rotary_command_V", ("rotary_position_rad", "tip_deflection_m")
-PLAIN = ("rig", "oil_temperature_C", "sample_time_s", "dead_time_s", "light_damping", "tip_gain")
+PLAIN = ("rig", "oil_temperature_C", "sample_time_s", "dead_time_s", "delay_periods", "light_damping", "tip_gain")
+WHERE = ("extension_m", "payload_kg", "tip_share", "tip_lead", "light", "position", "opening", "held")
 RATIONAL = ("compensator", "sampled_compensator", "tip_filter")
 
 
@@ -47,7 +51,8 @@ class ExportedPlant:
     """The plant linearised at rest somewhere, continuous: V to rad (and m); states, input and outputs carry names with units.
 
     `tip_share`, `tip_lead`: what the schedules leave of the tip gain there, and its lead. `light`: a stiff or an empty
-    link, which only counts for the least damping when less than `light_damping` is left of its own.
+    link, which only counts for the least damping when less than `light_damping` is left of its own. Of a single axis: its `position`
+    (m or rad; NaN of an arm), the share by which its spool is open, and whether friction holds it.
     """
 
     system: control.StateSpace
@@ -56,19 +61,23 @@ class ExportedPlant:
     tip_share: float = 0.0
     tip_lead: tuple[float, float] = (1.0, 0.0)
     light: bool = False
+    position: float = nan
+    opening: float = 0.0
+    held: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportedDesign:
-    """`rigid`: the empty arm with a link that does not bend; `amplitudes`: V and rad per V measured by sine tests, with dead time.
+    """`rigid`: the empty arm with a link that does not bend; `amplitudes`: V and rad (or m) per V as measured, with dead time.
 
-    `compensator` in V per rad, continuous and as difference equations; `tip_filter`: the feedback's low-pass.
+    `compensator` in V per rad (or m), continuous and as difference equations; `tip_filter`: the feedback's low-pass.
     """
 
     rig: str
     oil_temperature_C: float
     sample_time_s: float
     dead_time_s: float
+    delay_periods: int
     gain_factors: tuple[float, ...]
     light_damping: float
     flexible: tuple[ExportedPlant, ...]
@@ -82,26 +91,44 @@ class ExportedDesign:
 
 def design_systems(rig: Rig, found: ArmDesign) -> ExportedDesign:
     """The chosen compensator with all the plants that it was judged on."""
-    assert rig.link_mode is not None  # a design was made
     servo, period_s, oil = found.chosen.servo, 1.0 / rig.loop.rate_Hz, plant_of(rig).oil
     omega = 2.0 * pi * np.geomspace(*GRID_HZ)
     measured = [plant for plant in found.problem.plants if isinstance(plant, MeasuredPlant)]
     keep = exp(-2.0 * pi * servo.roll_off_Hz * period_s) if servo.roll_off_Hz > 0.0 else 0.0
+    flexible, rigid = _of_arm(rig, rig.link_mode, found.problem.pace) if rig.link_mode is not None else _of_axis(rig)
     return ExportedDesign(
         rig=rig.name,
         oil_temperature_C=oil.initial_temperature_C if oil is not None else nan,
         sample_time_s=period_s,
         dead_time_s=DELAY_CYCLES * period_s,
+        delay_periods=0 if rig.link_mode is not None else DELAY_PERIODS,
         gain_factors=GAINS,
-        light_damping=kept_damping(rig.link_mode),
-        flexible=_flexible(rig, rig.link_mode, found.problem.pace),
-        rigid=tuple(_rigid(rig, extension) for extension, _ in places_in(rig, UNLOADED)),
+        light_damping=kept_damping(rig.link_mode) if rig.link_mode is not None else 0.0,
+        flexible=flexible,
+        rigid=rigid,
         amplitudes=tuple((plant.amplitude_V, control.frd(plant(omega), omega)) for plant in measured),
         compensator=lag_lead(servo.gain, servo.sections),
         sampled_compensator=sampled_compensator(servo, period_s),
         tip_gain=servo.tip_gain,
         tip_filter=control.tf([1.0 - keep, 0.0], [1.0, -keep], period_s),
     )
+
+
+def _of_arm(rig: Rig, link: LinkMode, pace: float) -> tuple[tuple[ExportedPlant, ...], tuple[ExportedPlant, ...]]:
+    """With its link, and with a link that does not bend."""
+    return _flexible(rig, link, pace), tuple(_rigid(rig, extension) for extension, _ in places_in(rig, UNLOADED))
+
+
+def _of_axis(rig: Rig) -> tuple[tuple[ExportedPlant, ...], tuple[ExportedPlant, ...]]:
+    """Everywhere, and where it slides."""
+    (joint,) = rig.joints
+    unit = "rad" if rig.joints[joint].motion == "rotary" else "m"
+    found = []
+    for place in axis_places(rig):
+        names = {"states": axis_states(place.arm, joint, unit), "inputs": [f"{joint}_command_V"], "outputs": [f"{joint}_position_{unit}"]}
+        system = control.ss(place.arm.system()[0, 0], **names)
+        found.append(ExportedPlant(system, place.arm.extension_m, 0.0, position=place.position, opening=place.opening, held=place.held))
+    return tuple(found), tuple(plant for plant in found if not plant.held)
 
 
 def _flexible(rig: Rig, link: LinkMode, pace: float) -> tuple[ExportedPlant, ...]:
@@ -167,7 +194,7 @@ def _cells(items: list[dict[str, Any]]) -> Any:
 def _plant_fields(plant: ExportedPlant) -> dict[str, Any]:
     system = plant.system
     names = {"states": system.state_labels, "inputs": system.input_labels, "outputs": system.output_labels}
-    where = {name: getattr(plant, name) for name in ("extension_m", "payload_kg", "tip_share", "tip_lead", "light")}
+    where = {name: getattr(plant, name) for name in WHERE}
     return {**where, **{name: getattr(system, name) for name in "ABCD"}, **{name: _cells(labels) for name, labels in names.items()}}
 
 
@@ -180,7 +207,7 @@ def _design(content: dict[str, Any]) -> ExportedDesign:
         return control.tf(np.atleast_1d(item["num"]), np.atleast_1d(item["den"]), item["sample_time_s"])
 
     return ExportedDesign(
-        **{name: content[name] for name in PLAIN},
+        **{name: content.get(name, 0) if name == "delay_periods" else content[name] for name in PLAIN},
         gain_factors=tuple(content["gain_factors"]),
         flexible=tuple(_plant(item) for item in content["flexible"]),
         rigid=tuple(_plant(item) for item in content["rigid"]),
@@ -192,5 +219,7 @@ def _design(content: dict[str, Any]) -> ExportedDesign:
 def _plant(item: dict[str, Any]) -> ExportedPlant:
     states, outputs = len(item["A"]), np.size(item["outputs"])
     b, c = np.reshape(item["B"], (states, 1)), np.reshape(item["C"], (outputs, states))
-    system = _named(control.ss(item["A"], b, c, np.reshape(item["D"], (outputs, 1))))
-    return ExportedPlant(system, item["extension_m"], item["payload_kg"], item["tip_share"], tuple(item["tip_lead"]), bool(item["light"]))
+    names = {name: list(np.atleast_1d(item[name])) for name in ("states", "inputs", "outputs")}
+    system = control.ss(item["A"], b, c, np.reshape(item["D"], (outputs, 1)), **names)
+    where = {name: item[name] for name in WHERE if name in item}
+    return ExportedPlant(system, **{**where, "tip_lead": tuple(item["tip_lead"]), **{n: bool(where.get(n)) for n in ("light", "held")}})

@@ -103,12 +103,7 @@ def _refuse_what_an_arm_has(arguments: argparse.Namespace) -> None:
     """UsageError for an option that needs a link."""
     from config.errors import UsageError
 
-    given = {
-        "--tip-gain": arguments.tip_gain,
-        "--schedule": arguments.schedule,
-        "--export": arguments.export,
-        "--largest-cycle": arguments.largest_cycle < inf,
-    }
+    given = {"--tip-gain": arguments.tip_gain, "--schedule": arguments.schedule}
     named = ", ".join(option for option, value in given.items() if value)
     if named:
         raise UsageError("a single axis has no link", value=named, limit="a rotary_prismatic arm", next_step=f"Leave out {named}.")
@@ -126,7 +121,7 @@ def _lines(rig: Rig, found: Any) -> list[str]:
             f"             worst member: gain margin {worst.gain_margin_dB:.1f} dB, phase margin {worst.phase_margin_deg:.1f} deg,"
             f" M_s {worst.sensitivity_peak:.2f}; least damping {one.least_damping:.4f}; |1+L| {one.stiffness_gain_dB:.1f} dB over the band"
         )
-    for ratio, cycle in zip((1.0, 1.1, 1.2), found.hunting, strict=False):  # none for a single axis
+    for ratio, cycle in zip((1.0, 1.1, 1.2), found.hunting, strict=True):
         text = "none" if cycle is None else f"{cycle.frequency_Hz:.2f} Hz, {cycle.load_amplitude:.3f} of the friction's deflection"
         lines.append(f"  hunting with H_s/H_c = {ratio}: {text}")
     return lines

@@ -14,6 +14,7 @@ from config.schema.rig import Rig
 from sim_backend.memory.layout import J
 from sim_backend.plant import SimulatedRig
 from tuning.linear.closed_loop import modes
+from tuning.linear.linear_arm import LinearArm
 from tuning.linear.linear_axis import linear_axis
 
 
@@ -64,6 +65,53 @@ def test_axis_moves_as_the_plant_does(axis: Rig) -> None:
         expected.append(arm.position @ state[:n])
         state = one @ state
     assert np.abs(moved - expected).max() < 0.05 * np.abs(expected).max()
+
+
+def _stepped(axis: Rig, volts: float, more_V: float) -> np.ndarray:
+    """What `more_V` on top of a command does to the position in 60 ms, after half a second of that command; hysteresis off."""
+    paths = []
+    for command in (volts, volts + more_V):
+        plant = SimulatedRig(axis)
+        plant.parameters.values[plant.parameters.offset(J.HYSTERESIS, "axis")] = 0.0
+        plant.reset([0.15])
+        plant.run(np.full((500, 1), volts), 0.001)
+        paths.append(plant.run(np.full((60, 1), command), 0.001)["axis.position"])
+    return paths[1] - paths[0]
+
+
+def _linear_step(arm: LinearArm, volts: float) -> np.ndarray:
+    n = len(arm.b)
+    block = np.zeros((n + 1, n + 1))
+    block[:n, :n], block[:n, n] = arm.a, arm.b
+    one, state, found = expm(block * 0.001), np.append(np.zeros(n), volts), []
+    for _ in range(60):
+        found.append(arm.position @ state[:n])
+        state = one @ state
+    return np.array(found)
+
+
+def test_friction_while_it_slides_is_that_of_the_plant(axis: Rig) -> None:
+    """At 0.3 V it slides at 14 mm/s; 10 mV more, dry friction on."""
+    seen = _stepped(axis, 0.3, 0.01)
+    expected = _linear_step(linear_axis(axis, 0.157, 0.03, friction=True), 0.01)
+    assert np.abs(seen - expected).max() < 0.05 * np.abs(expected).max()
+
+
+def test_friction_holds_it_at_rest_as_the_plants_does(axis: Rig) -> None:
+    """0.2 mV, so little that the bristles hardly bend, both ways (they are bent already, and softer one way), against the kernel's own;
+    without them it would run away."""
+    seen = 0.5 * (_stepped(axis, 0.0, 0.0002) - _stepped(axis, 0.0, -0.0002))
+    held, free = (linear_axis(axis, 0.15, friction=friction) for friction in (True, False))
+    assert np.abs(seen - _linear_step(held, 0.0002)).max() < 0.05 * np.abs(seen).max()
+    assert _linear_step(free, 0.0002)[-1] > 1.5 * seen[-1]
+
+
+def test_a_held_axis_rings_on_bristles_and_oil(axis: Rig) -> None:
+    """√((k_oil + σ₀)/m), 86 Hz, a little changed by the bristles' damping."""
+    found = modes(linear_axis(axis, 0.15, friction=True, valve_lag=False).a)
+    rings = found.frequency_Hz[found.damping_ratio < 0.9]
+    stiffness = 120.0 * (2 * pi * _oil_and_mass_Hz(0.15)) ** 2 + 2.14e7
+    assert rings.tolist() == [pytest.approx(sqrt(stiffness / 120.0) / (2 * pi), rel=0.03)]
 
 
 def test_a_valve_without_lag_leaves_no_fast_poles() -> None:
