@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from config.errors import LongreachError, UnitError, UsageError
+from config.parsing.nearest import nearest_text
 
 CYLINDER, ROTARY, ARM = "cylinder", "rotary", "arm"
 
@@ -28,6 +29,16 @@ class Question:
         return self.flag.replace("-", "_")
 
 
+_EXAMPLES = {
+    "m": "'16 mm'",
+    "kg": "'45 kg'",
+    "rad": "'90 deg'",
+    "m^3": "'20 cm^3'",
+    "m^3/s": "'10 l/min'",
+    "Pa": "'70 bar'",
+    "V": "'10 V'",
+    "s": "'10 ms'",
+}
 _BEYOND_ANY_MACHINE = 1e12  # in SI; what is merely out of range, the schema tells with its limit
 AXES = (CYLINDER, ROTARY)
 QUESTIONS = (
@@ -83,9 +94,9 @@ def answers(arguments: argparse.Namespace, kind: str, ask: Callable[[str], str] 
     for question in of_kind(kind):
         given = getattr(arguments, question.key)
         if given is None and ask is not None:
-            given = _asked(question, kind, ask)
+            given = _asked(question, kind, found, ask)
         given = question.default if given is None else given
-        problem = "is missing" if given is None else _problem(question, kind, given)
+        problem = "is missing" if given is None else _problem(question, kind, found, given)
         if problem:
             wrong.append(f"--{question.flag} {problem}")
         else:
@@ -96,21 +107,21 @@ def answers(arguments: argparse.Namespace, kind: str, ask: Callable[[str], str] 
     return found
 
 
-def _asked(question: Question, kind: str, ask: Callable[[str], str]) -> str | None:
+def _asked(question: Question, kind: str, found: Mapping[str, str], ask: Callable[[str], str]) -> str | None:
     """Asks until the answer can be read; an empty one takes the default."""
     while True:
         default = f" [{question.default}]" if question.default else ""
         given = ask(f"{question.text}{default}: ").strip()
         if not given and question.default:
             return None
-        problem = _problem(question, kind, given) if given else "is needed"
+        problem = _problem(question, kind, found, given) if given else "is needed"
         if not problem:
             return given
         print(f"  {problem}")
 
 
-def _problem(question: Question, kind: str, given: str) -> str:
-    """Why an answer cannot be taken; empty for a good one."""
+def _problem(question: Question, kind: str, found: Mapping[str, str], given: str) -> str:
+    """Why an answer cannot be taken beside those before it; empty for a good one."""
     unit = question.unit or {"resolution": "", "noise": ""}.get(question.key, "word")
     if unit == "word":
         return ""
@@ -120,6 +131,8 @@ def _problem(question: Question, kind: str, given: str) -> str:
         return f"{given!r}: {error.refusal.what}. {error.refusal.next_step}".rstrip(". ")
     if value > _BEYOND_ANY_MACHINE:
         return f"{given!r}: no machine has that"
+    if question.key == "rod" and "bore" in found and value >= number(found["bore"], "m"):
+        return f"{given!r}: must be thinner than the bore, {found['bore']}"
     return "" if value > 0.0 or question.may_be_zero else f"{given!r}: must be above 0"
 
 
@@ -128,7 +141,7 @@ def number(given: str, unit: str) -> float:
     from config.units import to_si, written_unit
 
     if unit and not written_unit(given):
-        raise UnitError("a unit is missing", value=repr(given), next_step=f"Write it with one, e.g. in {unit}.")
+        raise UnitError("a unit is missing", value=repr(given), next_step=f"Write it with one, e.g. {_EXAMPLES.get(unit, f'in {unit}')}.")
     value = to_si(given, unit)
     if value < 0.0:
         raise UnitError("must not be negative", value=repr(given), next_step="Give its size.")
@@ -148,5 +161,7 @@ def choose_kind(given: str | None, ask: Callable[[str], str] | None) -> str:
     while given not in kinds:
         if ask is None:
             raise UsageError("--kind is missing", limit=" or ".join(kinds), where="new-rig", next_step="Add --kind cylinder.")
+        if given is not None:
+            print(f"  {given!r} is none of them{nearest_text(given, kinds)}")
         given = ask(f"kind of rig ({' or '.join(kinds)}) [{CYLINDER}]: ").strip() or CYLINDER
     return str(given)

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from math import pi
 from typing import TYPE_CHECKING
 
-from config.errors import UsageError
 from daemon.cli.rigs.questions import grade, number
 
 if TYPE_CHECKING:
@@ -39,13 +38,10 @@ def stated(arguments: argparse.Namespace, given: Mapping[str, str], size: Mappin
 
 
 def axis_of(given: Mapping[str, str], rotary: bool) -> tuple[Axis, dict[str, str]]:
-    """The axis in SI, and the lines of the actuator's size for the file. UsageError where no area or stroke is left."""
+    """The axis in SI, and the lines of the actuator's size for the file."""
     from tuning.new_rig.axis import Axis
 
     (area_a, area_b), (low, high), size = _vane(given) if rotary else _cylinder(given)
-    if min(area_b, high - low) <= 0.0:
-        advice = "The rod must be thinner than the bore, the stroke above 0."
-        raise UsageError("no area or no stroke is left", where="new-rig", next_step=advice)
     own = "rad" if rotary else "m"
     return Axis(
         rotary, area_a, area_b, low, high,

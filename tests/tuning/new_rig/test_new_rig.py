@@ -92,15 +92,24 @@ def test_the_files_pass_check_and_the_simulated_axis_runs_them(
     assert abs(columns["axis.position"][-1] - columns["axis.reference"][-1]) < 0.002 * (travel[1] - travel[0])
 
 
-def test_questions_are_asked_again_until_they_can_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    replies = iter(
-        ["cylinder", "", "16", "16 mm", "10 mm", "200 mm", "5 kg", "", "ten", "10 l/min", "", "", "", "70 bar", "", "5 um", "5 um"]
-    )
+def test_questions_are_asked_again_until_they_can_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sizes = ["cilinder", "cylinder", "", "16", "16 mm", "20 mm", "10 mm", "200 mm", "5 kg"]
+    replies = iter([*sizes, "", "ten", "10 l/min", "", "", "", "70", "70 bar", "", "5 um", "5 um"])
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
     monkeypatch.setattr("builtins.input", lambda text: next(replies))
     assert main(["new-rig", "asked", "-o", str(tmp_path / "asked")]) == 0
     assert load_rig(tmp_path / "asked" / "asked.yaml").rig.plant is not None
     assert next(replies, None) is None
+    told = [line.strip() for line in capsys.readouterr().out.splitlines() if line.startswith("  ")]
+    assert told[:5] == [
+        "'cilinder' is none of them: nearest is 'cylinder'",
+        "'16': a unit is missing. Write it with one, e.g. '16 mm'",
+        "'20 mm': must be thinner than the bore, 16 mm",
+        "'ten': a unit is missing. Write it with one, e.g. '10 l/min'",
+        "'70': a unit is missing. Write it with one, e.g. '70 bar'",
+    ]
 
 
 def test_what_is_missing_or_wrong_is_told_at_once_and_nothing_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
