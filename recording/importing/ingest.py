@@ -78,10 +78,9 @@ def ingest_parts(
     table = read_table(source)
     loaded = load_map(map_path) if map_path is not None else None
     layout, columns = columns_by_map(table, loaded) if loaded else columns_by_name(table, rig.rig if rig else None)
-    if "t_s" in columns:  # of the whole table: its period is most certain
-        columns["t_s"], of_clock = spread(columns)
-        table = replace(table, notes=(*table.notes, *of_clock))
+    table = _with_regular_time(table, columns)  # the whole table's period is most certain; a row lost elsewhere hides that of the spans
     table, columns = _asked_for(table, columns, spans)
+    table = _with_regular_time(table, columns)
     columns, left_out = usable(table, columns, layout.joint_names)
     left_out = (*table.notes, *(lacking(table, loaded.map) if loaded else ()), *left_out)
     _refuse_other_joints(layout, rig)
@@ -93,6 +92,14 @@ def ingest_parts(
     for name, piece in zip(names, pieces, strict=True):
         _write(name, layout, piece, _about(source, piece["t_s"], loaded, rig), _attachments(loaded, rig))
     return [_report(name, table, layout, piece, loaded, left_out) for name, piece in zip(names, pieces, strict=True)]
+
+
+def _with_regular_time(table: SourceTable, columns: dict[str, Floats]) -> SourceTable:
+    """Spreads stamps that a coarse clock has doubled, in `columns`; the table with a note about it."""
+    if "t_s" not in columns:
+        return table
+    columns["t_s"], said = spread(columns)
+    return replace(table, notes=(*table.notes, *said))
 
 
 def _asked_for(table: SourceTable, columns: dict[str, Floats], spans: Sequence[Span]) -> tuple[SourceTable, dict[str, Floats]]:

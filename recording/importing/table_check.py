@@ -68,7 +68,7 @@ def _refuse_disorder(table: SourceTable, t: Floats, lines: npt.NDArray[np.int64]
     advice = "Rows must be in the order of time, each once; sort them, or cut the table where the clock was set back"
     if t[row] == t[row - 1]:
         advice = f"{twice} rows have the stamp of the row before, and no regular period is certain of which all stamps are the rounding"
-        advice += " (one gap or double row is enough). Remove double rows, export finer stamps, or take a part without them"
+        advice += " (one gap or double row hides it). Remove double rows, export finer stamps, or take the part before or behind it"
     advice = f"{advice}: `longreach import {table.path} --from S --to S`."
     raise LogError("time does not increase", value=seen, where=f"{table.path}:{lines[row]}", next_step=advice)
 

@@ -89,6 +89,20 @@ def test_a_span_has_the_period_of_the_whole_table(tmp_path: Path) -> None:
     assert report.warnings[0].startswith("The clock is coarse")
 
 
+def test_a_span_beside_a_loss_has_a_period_of_its_own(tmp_path: Path) -> None:
+    """What the refusal of the whole table advises."""
+    stamps = with_rows(COARSE, lost=tuple(range(500, 520)))
+    data = written(stamps, tmp_path)
+    with pytest.raises(LogError, match="no regular period is certain"):
+        ingest(data, None, tmp_path / "a.mcap")
+    for number, (first, last) in enumerate([(0.0, 2.4), (2.7, 5.0)]):
+        (report,) = ingest_parts(data, None, tmp_path / f"{number}.mcap", spans=[(first, last)])
+        columns = read_log(tmp_path / f"{number}.mcap").columns
+        np.testing.assert_allclose(np.diff(columns["t_s"]), 5e-3, rtol=1e-2)
+        assert columns["t_s"][[0, -1]] == pytest.approx([first, last], abs=10e-3)
+        assert report.warnings[0].startswith("The clock is coarse")
+
+
 def with_rows(t_s: Floats, twice: tuple[int, ...] = (), lost: tuple[int, ...] = ()) -> Floats:
     counts = np.ones(len(t_s), dtype=int)
     counts[list(twice)], counts[list(lost)] = 2, 0
