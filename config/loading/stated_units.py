@@ -10,7 +10,7 @@ from config.units import from_si, is_stored, written_unit
 _RATES = ("", "/s", "/s^2")
 _OF_A_DISK = "1 MB"  # nobody reads 7e10 bytes
 _PAYLOAD = "payload"
-_IN_SENTENCES = ("Pa", "degC", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2")
+_IN_SENTENCES = ("Pa", "degC", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2", "bytes")
 
 
 def stated_units(text: str) -> dict[str, str]:

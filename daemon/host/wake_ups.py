@@ -67,7 +67,7 @@ class Machine:
         wishes = self.wishes
         many = f"{self.in_window}" if self.in_window <= wishes.stop_after else f"more than {wishes.stop_after}"  # not counted further
         return (
-            f"{self.cycles} cycles at {wishes.rate_Hz:.0f} Hz: 99 % began within {self.late_p99_s * 1e6:.0f} µs of their time; "
+            f"{self.cycles} cycles at {wishes.rate_Hz:.0f} Hz: 99 % began at most {max(self.late_p99_s * 1e6, 1.0):.0f} µs late; "
             f"{self.overruns} overruns, {many} of them within {wishes.window_s:g} s (a run stops at {wishes.stop_after}); at most "
             f"{self.largest_s * 1e3:.1f} ms late (a fault at {wishes.fault_late_s * 1e3:.0f} ms)"
             + ("\n  refused by the operating system: " + "; ".join(self.refused) if self.refused else "")

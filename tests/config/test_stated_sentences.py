@@ -26,6 +26,7 @@ TESTBED = StatedSentences(sentence_units(load_rig("ornl_testbed").text))  # psi,
         ("speed 0.127 m/s, acceleration 1.27 m/s^2", "speed 5 in/s, acceleration 50 in/s^2"),
         ("reservoir_temperature 41.5 degC", "reservoir_temperature 41.5 degC"),
         ("-0.0254 m", "-1 in"),
+        ("disk space: 8.192e+06 bytes (limit ≥ 2e+08 bytes)", "disk space: 8.192 MB (limit ≥ 200 MB)"),
         ("payload 20.412 ± 0.0907 kg (rig file 20.4117 kg)", "payload 45 ± 0.2 lb (rig file 45 lb)"),
     ],
 )  # fmt: skip

@@ -127,6 +127,7 @@ def test_nothing_moves_while_there_is_no_room_for_the_log(tmp_path: Path) -> Non
     said = refusal(on_small_disk(small, *LONGREACH, "simulate", "ornl_testbed", "jog", "-o", str(small / "x.mcap")))
     assert "disk space (log directory)" in said
     assert "Move old logs away" in said
+    assert "next: df -h" in said
 
 
 @pytest.fixture

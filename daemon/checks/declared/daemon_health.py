@@ -91,7 +91,7 @@ DISK = Declaration(
     limit_from="at least `interlocks.disk_free_min`",
     source="log directory",
     reaction=Reaction.STOP,
-    advice="Move old logs away, then `longreach why`.",
+    advice="Move old logs away (`df -h` shows the room), then `longreach why`.",
 )
 SUPERVISOR = Declaration(
     name="supervisor alive",

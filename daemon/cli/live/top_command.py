@@ -12,8 +12,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _top(arguments: argparse.Namespace) -> int:
     import asyncio
 
+    from config.errors import EXIT_REFUSED
     from daemon.live.terminal.screen import show_top
     from daemon.processes.paths import socket_path
 
-    asyncio.run(show_top(str(socket_path(arguments.socket))))
-    return 0
+    return 0 if asyncio.run(show_top(str(socket_path(arguments.socket)))) else EXIT_REFUSED

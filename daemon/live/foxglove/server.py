@@ -57,10 +57,13 @@ class _Live:
     _context: Context = field(default_factory=Context)
     _rig_text: str = ""
     _topics: Topics | None = None
+    _lost: str = ""
 
     def take(self, content: Content) -> None:
-        if content.get("lost"):
-            self.say(content["lost"])
+        lost = content.get("lost", self._lost)
+        if lost and lost != self._lost:  # the feed asks again twice a second; once is enough to say
+            self.say(lost)
+        self._lost = lost
         if "rig" in content and content["rig"]["text"] != self._rig_text:
             self._begin(content["rig"])
         if self._topics is not None:

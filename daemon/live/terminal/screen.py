@@ -22,20 +22,20 @@ PICTURES_HZ = 8.0
 _LEAVE = ("q", "Q", "\x03", "\x04", "")  # Ctrl-C, Ctrl-D, end of input
 
 
-async def show_top(socket: str) -> None:
-    """Until the user leaves. Without a terminal: one picture as text, as soon as there is one."""
+async def show_top(socket: str) -> bool:
+    """Until the user leaves. Without a terminal: one picture as text, as soon as there is one. False: it shows that no daemon answers."""
     feed = Feed(socket)
     feeding = asyncio.create_task(feed.run())
     try:
         with feed.watched() as pending:
-            await (_watch(pending) if sys.stdout.isatty() else _print_once(pending))
+            return await (_watch(pending) if sys.stdout.isatty() else _print_once(pending))
     finally:
         feeding.cancel()
         with suppress(asyncio.CancelledError):
             await feeding
 
 
-async def _watch(pending: Pending) -> None:
+async def _watch(pending: Pending) -> bool:
     console, glance = Console(), Glance()
     with _keys() as left, Live(console=console, screen=True, auto_refresh=False) as live:
         while not left.is_set():
@@ -45,15 +45,17 @@ async def _watch(pending: Pending) -> None:
             live.update(glance.lines(console.size.height), refresh=True)
             with suppress(TimeoutError):
                 await asyncio.wait_for(left.wait(), max(0.0, begun + 1.0 / PICTURES_HZ - time.monotonic()))
+    return True
 
 
-async def _print_once(pending: Pending) -> None:
-    glance, missing = Glance(), {"samples", "status", "checks"}
-    while missing:
+async def _print_once(pending: Pending) -> bool:
+    glance, missing, lost = Glance(), {"samples", "status", "checks"}, False
+    while missing and not lost:
         content = await pending.take()
         glance.take(content)
-        missing = set() if content.get("lost") else missing - content.keys()
+        missing, lost = missing - content.keys(), bool(content.get("lost"))
     Console().print(glance.lines(24))
+    return not lost
 
 
 @contextmanager

@@ -118,3 +118,11 @@ def test_a_port_that_is_taken_is_said(socket: Path) -> None:
     assert second.returncode == 1
     assert "the port cannot be had" in second.stderr
     assert "--port" in second.stderr
+
+
+def test_a_daemon_that_does_not_answer_is_told_once(tmp_path: Path) -> None:
+    with live(tmp_path / "none") as (first, process), lockstep_daemon(tmp_path) as path:
+        assert "no answer from the daemon" in first
+        path.rename(tmp_path / "none")
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("ws://127.0.0.1:")

@@ -76,3 +76,10 @@ def test_without_a_terminal_it_prints_one_picture(socket: str) -> None:
     assert done.returncode == 0
     assert "DISARMED" in done.stdout
     assert "\x1b" not in done.stdout
+
+
+def test_without_a_terminal_and_a_daemon_it_says_so_and_ends(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "daemon.cli.main", "--socket", str(tmp_path / "none"), "top"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert "NO LIVE DATA" in done.stdout
