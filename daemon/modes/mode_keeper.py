@@ -15,6 +15,7 @@ from recording.format.event import Level
 from servo_control.signals import Mode
 from servo_control.streaming.any_plan import AnyPlan
 
+NOT_HOLDING = "not holding"
 ARMING_S = 0.25  # checks must pass this long before the arm holds
 _ARMED = (Mode.ARMING, Mode.HOLDING, Mode.RUNNING, Mode.STOPPING)
 LONGEST_STOP_S = 5.0  # of a controlled stop; after it the outputs are made safe
@@ -102,7 +103,7 @@ class ModeKeeper:
             self._end_run(
                 f"{action.name.lower()} was asked for before it began"
                 if action
-                else f"the daemon was {self.mode.name.lower()}, not holding"
+                else f"the daemon was {self.mode.name.lower()}, {NOT_HOLDING}"
             )
             return action
         left_s = self.run.count_down()

@@ -67,7 +67,7 @@ def safe_state(context: Context) -> Outcome:
     """Devices with outputs go safe by themselves when they hear nothing; the pressure must be off."""
     if not context.bench.simulated:
         context.allow("Valves MOVE a little for the proof of the safe state; the hydraulic pressure must be off")
-    answer = context.bench.prove()
+    answer = context.prove()
     if answer is None:
         return Outcome(None, "no device of this rig is asked for a proof")
     values = [Value(result["text"], "ok" if result["ok"] else "NO", "ok", bool(result["ok"])) for result in answer["results"]]

@@ -49,8 +49,23 @@ class Bench(Protocol):
     rig: Rig
     simulated: bool
 
+    @property
+    def latched(self) -> bool:
+        """A fault or the e-stop is latched, until a reset."""
+
+    @property
+    def fault(self) -> str:
+        """What is latched as a fault, in words; empty where nothing is, and in the simulation."""
+
+    @property
+    def proven(self) -> bool:
+        """No device waits for its proof of the safe state, which is due after every start of the daemon."""
+
     def act(self, verb: str) -> str:
         """reset, arm, disarm or estop; the mode after it. DaemonError when it is refused."""
+
+    def cycles(self) -> tuple[int, int]:
+        """Cycles of the loop so far, and those that ended late."""
 
     def readings(self) -> Readings:
         """Every signal of the rig file, some SAMPLES times, in SI."""
@@ -66,12 +81,17 @@ class LockstepBench:
     """The simulated rig, without a daemon and without the wall clock. Use it in a with statement."""
 
     simulated = True
+    proven, fault = True, ""
 
     def __init__(self, loaded: LoadedRig, logs: Path) -> None:
         simulated = with_simulated_devices(loaded)
         self.rig = simulated.rig
         self._rig = LockstepRig(simulated, logs)
         self._rig.cycles(2)
+
+    @property
+    def latched(self) -> bool:
+        return self._rig.mode is Mode.FAULT
 
     def act(self, verb: str) -> str:
         if verb == "arm":
@@ -82,6 +102,9 @@ class LockstepBench:
         self._rig.post(_ACTIONS[verb])
         self._rig.cycles(3)
         return self._mode
+
+    def cycles(self) -> tuple[int, int]:
+        return 0, 0  # nothing is late without a clock
 
     def readings(self) -> Readings:
         names = list(self.rig.signals)
@@ -138,9 +161,28 @@ class DaemonBench:
             advice = "Start longreachd with the rig file that is to be commissioned."
             raise DaemonError("the daemon runs another rig", value=served, limit=rig.name, next_step=advice)
 
+    @property
+    def latched(self) -> bool:
+        status = self._client.call("status")
+        return bool(status["mode"] == "fault" or status["estop"] != "released")
+
+    @property
+    def fault(self) -> str:
+        fault = self._client.call("status")["fault"]
+        return "" if fault is None else str(fault["text"])
+
+    @property
+    def proven(self) -> bool:
+        devices = self._client.call("status")["safe_state"].values()
+        return all(device["proven_s"] is not None for device in devices if device["demanded"])
+
     def act(self, verb: str) -> str:
         self._client.call(verb)
         return self._mode
+
+    def cycles(self) -> tuple[int, int]:
+        status = self._client.call("status")
+        return int(status["cycle"]), int(status["loop"]["overruns"])
 
     def readings(self) -> Readings:
         """What the daemon believes it reads, a signal without limits too."""

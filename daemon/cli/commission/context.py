@@ -7,22 +7,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from config.errors import DaemonError
 from config.loading.load import LoadedRig
 from config.loading.stated_units import conversions, stated_units
 from config.schema.rig import Rig
 from config.stated_sentences import Conversion
-from daemon.checks.declared.daemon_health import RECORDER_SILENT, STALL, TIMING
 from daemon.cli.commission.bench import Bench, Ran
+from daemon.cli.commission.late import ended_late, tells_of_lateness
 from daemon.cli.commission.record import StepRecord
-from daemon.modes.run_watch import MISSED
+from daemon.modes.mode_keeper import NOT_HOLDING
 from tuning.experiments.experiments import What
 
-AGAIN = 2  # times that a run is made again, which something late has ended
-_LATE = (STALL.name, TIMING.name, RECORDER_SILENT.name)
-_LATE_SIGNAL = (" age", " quality")  # a device whose frames stay away has samples of bad quality
+Made = TypeVar("Made")
+AGAIN = 2  # times that a run or a proof is made again, which something late has ended
 
 
 @dataclass
@@ -73,20 +72,42 @@ class Context:
 
     def run(self, request: Mapping[str, Any], stop_after_s: float | None = None) -> Ran:
         """Arm, run, disarm. A run that this computer or a device was too late for is made again, if the operator allows it."""
-        ran = self.bench.run(request, stop_after_s)
+        return self._again_while_late("run", lambda: self.bench.run(request, stop_after_s), self._late_end)
+
+    def prove(self) -> dict[str, Any] | None:
+        """The proof of the safe state, made again in the same way."""
+        return self._again_while_late("proof", self.bench.prove, lambda answer: None)
+
+    def _again_while_late(self, what: str, do: Callable[[], Made], late: Callable[[Made], Ran | None]) -> Made:
+        """`late`: the run that something late has ended. A reset also sets devices up anew that have heard nothing for too long."""
+        if self.bench.latched:
+            self.allow("A fault or the e-stop is latched from before; it is reset")
+            self.bench.act("reset")
         for left in range(AGAIN, 0, -1):
-            if ran.valid or not _late(ran.reason):
-                break
-            self.say(f"   not valid: {ran.reason}")
-            if not self.ask(f"Something was late. The same run is made again, {left} times at most. Go on?"):
-                break
-            if ran.mode == "fault":
+            try:
+                made = do()
+            except DaemonError as refusal:
+                why = self._with_fault(str(refusal))
+                if not tells_of_lateness(why) or not self._again(why, what, left):
+                    raise
                 self.bench.act("reset")
-            ran = self.bench.run(request, stop_after_s)
-        return ran
+                continue
+            ended = late(made)
+            if ended is None or not self._again(f"not valid: {self._with_fault(ended.reason)}", what, left):
+                return made
+            if ended.mode == "fault":
+                self.bench.act("reset")
+        return do()
 
+    def _again(self, why: str, what: str, left: int) -> bool:
+        self.say(f"   {why}")
+        return self.ask(f"Something was late. The same {what} is made again, {left} times at most. Go on?")
 
-def _late(reason: str) -> bool:
-    """Whether a run ended because this computer did not keep time or a sample came late, as far as its reason says."""
-    check = reason.removeprefix("fault: ").partition(" (")[0]
-    return check in _LATE or check.endswith(_LATE_SIGNAL) or MISSED in reason
+    def _late_end(self, ran: Ran) -> Ran | None:
+        late = ended_late(ran.reason) or (NOT_HOLDING in ran.reason and tells_of_lateness(self.bench.fault))
+        return ran if not ran.valid and late else None
+
+    def _with_fault(self, reason: str) -> str:
+        """With what has latched meanwhile, where the reason does not say it."""
+        fault = self.bench.fault
+        return reason if not fault or fault in reason else f"{reason} The fault: {fault}"

@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from config.errors import LongreachError
 from daemon.cli.commission import at_rest, identified, moving, tuned
 from daemon.cli.commission.context import Context
+from daemon.cli.commission.late import tells_of_lateness, whose
 from daemon.cli.commission.record import Commissioning, Outcome, StepRecord, hash_of, record_of
 
 
 class CommissionStep(NamedTuple):
-    """`page`: where the guide says what to do when it fails."""
+    """`page`: where the guide says what to do when it fails. `lasts`: whether what passed before still holds on the rig; where it does
+    not, the step is made again, and what rests on it keeps."""
 
     name: str
     do: Callable[[Context], Outcome]
     page: str
+    lasts: Callable[[Context], bool] = lambda context: True
 
 
 STEPS = (
     CommissionStep("rig file", at_rest.rig_file, "docs/guide/rig/rig-file.md"),
     CommissionStep("stop", at_rest.stops, "docs/guide/operate/stop.md"),
     CommissionStep("sensors", at_rest.sensors, "docs/guide/rig/wiring.md"),
-    CommissionStep("safe state", at_rest.safe_state, "docs/guide/operate/arming.md#prove-the-safe-state"),
+    CommissionStep(
+        "safe state", at_rest.safe_state, "docs/guide/operate/arming.md#prove-the-safe-state", lambda context: context.bench.proven
+    ),
     CommissionStep("polarity and null", moving.polarity, "docs/guide/rig/wiring.md#4-the-first-valve"),
     CommissionStep("stop in motion", moving.stop_in_motion, "docs/guide/operate/stop.md"),
     CommissionStep(identified.IDENTIFICATION, identified.identification, "docs/guide/model/identify.md"),
@@ -44,10 +50,11 @@ def walk(context: Context, commissioning: Commissioning, until: str, again: str 
     for number, step in enumerate(STEPS[: NAMES.index(until) + 1], 1):
         anew = anew or step.name == again
         kept = commissioning.records.get(step.name)
-        if kept is not None and kept.counts_for(sha, on) and not anew:
+        counts = kept is not None and kept.counts_for(sha, on) and not anew
+        if kept is not None and counts and step.lasts(context):
             context.say(f"{number}. {step.name}: {kept.outcome.word}, {kept.date_utc}")
             continue
-        anew = True  # what follows rests on it
+        anew = not counts  # what follows rests on it
         context.say(f"{number}. {step.name}")
         record = record_of(step.name, _made(step, context), context.by, on, sha)
         commissioning.keep(record)
@@ -61,8 +68,15 @@ def walk(context: Context, commissioning: Commissioning, until: str, again: str 
 
 
 def _made(step: CommissionStep, context: Context) -> Outcome:
-    """A step that is refused has not passed; the arm is left disarmed, or in a latched fault."""
+    """A step that is refused has not passed; the arm is left disarmed, or in a latched fault. It says whose fault it was that something
+    was late."""
+    cycles, late = context.bench.cycles()
     try:
-        return step.do(context)
+        outcome = step.do(context)
     except LongreachError as error:
-        return Outcome(False, str(error))
+        outcome = Outcome(False, str(error))
+    told = " ".join([outcome.text, context.bench.fault, *(value.value for value in outcome.values if not value.ok)])
+    if outcome.passed is not False or not tells_of_lateness(told):
+        return outcome
+    now, late_now = context.bench.cycles()
+    return replace(outcome, text=f"{outcome.text} {whose(late_now - late, now - cycles, context.loaded.path)}")

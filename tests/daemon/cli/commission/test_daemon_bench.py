@@ -14,6 +14,8 @@ from config.loading.load import LoadedRig, apply_overrides, rig_from_text
 from daemon.cli.commission import bench
 from daemon.cli.commission.context import Context
 from daemon.cli.commission.identified import identification
+from daemon.cli.commission.record import Commissioning, Outcome, hash_of, record_of
+from daemon.cli.commission.steps import NAMES, walk
 from daemon.lockstep import LockstepRig
 from daemon.server.protocol import Client
 from recording.files.reader import read_log
@@ -70,6 +72,7 @@ class Late(bench.DaemonBench):
 
     reasons: list[str]
     did: list[str]
+    latched, fault = False, ""
 
     def act(self, verb: str) -> str:
         self.did.append(verb)
@@ -109,6 +112,98 @@ def test_a_run_that_something_late_has_ended_is_made_again(
     assert late.did == did
     assert ran.valid is valid
     assert all(reason in " ".join(said) for reason in reasons if reason != ASTRAY)
+
+
+def test_a_fault_before_a_run_begins_is_told_and_where_it_was_of_lateness_the_run_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with LockstepRig(RIG, tmp_path) as rig:
+        late = Late(RIG.rig, cast(Client, Connection(LockstepRequests(rig, RIG.text))))
+    late.reasons, late.did, said = ["the daemon was fault, not holding"], [], list[str]()
+    monkeypatch.setattr(Late, "fault", SILENT)
+    assert Context(RIG, late, tmp_path, lambda question: True, said.append).run({}).valid
+    assert late.did == ["run", "run"]
+    assert SILENT in said[0]
+    monkeypatch.setattr(Late, "fault", ASTRAY)
+    late.reasons, late.did = ["the daemon was fault, not holding"], []
+    assert not Context(RIG, late, tmp_path, lambda question: True, said.append).run({}).valid
+    assert late.did == ["run"]
+
+
+class Silent(bench.DaemonBench):
+    """A module whose frames stay away until it is reset; `late`: how many cycles of the loop ended late meanwhile."""
+
+    late: int
+    did: list[str]
+    latched, fault = False, ""
+    heals_after: int
+
+    def act(self, verb: str) -> str:
+        self.did.append(verb)
+        return "disarmed"
+
+    def cycles(self) -> tuple[int, int]:
+        return 1000 * len(self.did), self.late * len(self.did)
+
+    def prove(self) -> dict[str, Any] | None:
+        self.did.append("prove")
+        if self.did.count("reset") < self.heals_after:
+            raise DaemonError("proof refused: 1 of 4 checks fail: axis.supply_pressure age", value="3.88 s", limit="0.015 s")
+        return {"good": True, "results": [], "failures": []}
+
+
+def _silent(tmp_path: Path, late: int, heals_after: int) -> Silent:
+    with LockstepRig(RIG, tmp_path) as rig:
+        silent = Silent(RIG.rig, cast(Client, Connection(LockstepRequests(rig, RIG.text))))
+    silent.late, silent.did, silent.heals_after = late, [], heals_after
+    return silent
+
+
+def test_a_fault_from_before_is_reset_where_the_walk_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    silent = _silent(tmp_path, 0, heals_after=1)
+    monkeypatch.setattr(Silent, "latched", True)
+    asked: list[str] = []
+    Context(RIG, silent, tmp_path, lambda question: asked.append(question) is None, lambda line: None).prove()
+    assert silent.did == ["reset", "prove"]
+    assert "latched from before" in asked[0]
+
+
+def test_a_proof_that_something_late_has_ended_is_made_again_after_a_reset(tmp_path: Path) -> None:
+    silent = _silent(tmp_path, 0, heals_after=1)
+    assert Context(RIG, silent, tmp_path, lambda question: True, lambda line: None).prove() == {"good": True, "results": [], "failures": []}
+    assert silent.did == ["prove", "reset", "prove"]
+
+
+@pytest.mark.parametrize(("late", "whose"), [(40, "200 of 5000 cycles of the loop ended late"), (0, "The loop itself kept time")])
+def test_a_step_that_something_late_has_ended_says_whose_lateness_it_was_and_goes_on_there(tmp_path: Path, late: int, whose: str) -> None:
+    silent, said = _silent(tmp_path, late, heals_after=9), list[str]()
+    commissioning = Commissioning(tmp_path, RIG.rig.name)
+    for done in NAMES[:3]:
+        commissioning.keep(record_of(done, Outcome(True, ""), "", "rig", hash_of(RIG.text)))
+    context = Context(RIG, silent, tmp_path, lambda question: True, said.append)
+    failed = walk(context, commissioning, "safe state", None)
+    assert failed is not None
+    assert silent.did == ["prove", "reset", "prove", "reset", "prove"]
+    assert whose in failed.outcome.text
+    assert f"`longreach host --load --rig {RIG.path}`" in failed.outcome.text
+    assert f"`longreach commission {RIG.path}` goes on with this step." in failed.outcome.text
+    silent.heals_after = 0
+    assert walk(context, commissioning, "safe state", None) is None
+
+
+def test_a_proof_that_a_new_start_of_the_daemon_wants_again_leaves_what_rests_on_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    silent = _silent(tmp_path, 0, heals_after=0)
+    monkeypatch.setattr(Silent, "proven", property(lambda bench: "prove" in bench.did))
+    commissioning = Commissioning(tmp_path, RIG.rig.name)
+    for done in NAMES[:6]:
+        commissioning.keep(record_of(done, Outcome(True, ""), "", "rig", hash_of(RIG.text)))
+    said: list[str] = []
+    assert walk(Context(RIG, silent, tmp_path, lambda question: True, said.append), commissioning, NAMES[5], None) is None
+    assert silent.did == ["prove"]
+    assert "4. safe state" in said
+    assert any(line.startswith(f"6. {NAMES[5]}: passed,") for line in said)
 
 
 class Behind(bench.DaemonBench):
