@@ -11,6 +11,7 @@ from config.errors import LongreachError
 from config.schema.rig import AnyJoint
 from daemon.cli.commission.bench import Ran
 from daemon.cli.commission.context import Context
+from daemon.cli.commission.late import tells_of_lateness
 from daemon.cli.commission.record import Outcome, Value
 from recording.files.reader import read_log
 from servo_control.signals import Mode
@@ -43,7 +44,8 @@ def polarity(context: Context) -> Outcome:
             ran = context.run(_jog(name, times * step, abs(times) * speed, unit))
             logs.append(str(ran.log))
             if not ran.valid:
-                advice = f"{ran.reason} If it ran away, turn the sign of outputs.{name}.scale."
+                turned = "" if tells_of_lateness(ran.reason) else f" If it ran away, turn the sign of outputs.{name}.scale."
+                advice = f"{ran.reason}{turned}"
                 return Outcome(False, f"{name} did not follow: {advice}", [*values, Value(name, "not valid", "valid", False)], logs)
             moves.append(steady_of(ran, name))
         values += _judged(context, name, unit, moves)
