@@ -6,6 +6,7 @@ A signal keeps its name, range and age; its counts become those of the simulated
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import takewhile
 
 from config.errors import ConfigError
 from config.loading.load import LoadedRig, apply_overrides, rig_from_text
@@ -25,8 +26,17 @@ def with_simulated_devices(loaded: LoadedRig) -> LoadedRig:
         advice = "Add the section plant: to the rig file, or run it on its devices with longreachd."
         raise ConfigError("there is nothing to simulate in the place of the devices", where=loaded.path, next_step=advice)
     devices = f"devices={{{SIMULATED}: {{driver: sim}}}}"
-    text = apply_overrides(loaded.text, [devices, *_signals(rig, rig.plant, loaded.path), *_outputs(rig)])
+    text = loaded.text
+    for assignment in (devices, *_signals(rig, rig.plant, loaded.path), *_outputs(rig)):
+        text = _line_for_line(text, apply_overrides(text, [assignment]))
     return LoadedRig(rig_from_text(text, loaded.path), text, loaded.path)
+
+
+def _line_for_line(before: str, after: str) -> str:
+    """`after`, with empty lines for those that it lacks where it was changed: messages name lines of the file that the user has."""
+    same_end = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(reversed(before), reversed(after), strict=False)))
+    at = after.find("\n", len(after) - same_end)
+    return after[:at] + "\n" * (before.count("\n") - after.count("\n")) + after[at:] if at >= 0 else after
 
 
 def _signals(rig: Rig, plant: Plant, where: str) -> Iterator[str]:

@@ -41,6 +41,16 @@ def test_shipped_rigs_with_devices_can_be_simulated(name: str) -> None:
     assert simulated.rig.plant == load_rig(name).rig.plant
 
 
+@pytest.mark.parametrize("name", ["analogue_axis", "ornl_testbed_can"])
+def test_messages_name_the_lines_of_the_file_that_the_user_has(name: str) -> None:
+    """Of a mistake behind the devices, and of one in the last section."""
+    loaded = load_rig(name)
+    simulated = with_simulated_devices(loaded)
+    for line in ("signals:", "outputs:", "interlocks:", "servo:", "plant:"):
+        assert simulated.text.splitlines().index(line) == loaded.text.splitlines().index(line)
+    assert simulated.text.count("\n") == loaded.text.count("\n")
+
+
 def test_what_the_plant_does_not_measure_is_named() -> None:
     text = load_rig("analogue_axis").text
     lines = [line for line in text.splitlines() if not line.startswith("    reservoir_temperature: {resolution")]
