@@ -17,16 +17,15 @@ from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.score.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
 from gap.evidence.score.prior import prior_of
+from gap.evidence.sensitivity import renewed
 from gap.fitting.model import Model
 
 _STEPS = 12  # Gauss-Newton steps of one fit
-_DAMPINGS = (0.0, 0.1, 3.0, 100.0)  # Levenberg-Marquardt: of the precision's diagonal, until a step raises ln p
+_DAMPINGS = (0.0, 1.0, 10.0, 1e2, 1e3, 1e4)  # Levenberg-Marquardt, times the prior's precision: until ln p gains less by one
 _ENOUGH = 0.3  # of ln p: a step that gains less ends the fit
 MOST_PASSES = 8  # of fits with sensitivities taken anew
-_MOVES = (1e-3, 0.3)  # of a number's scale: narrowest and widest finite difference
 _MAGNITUDES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # in standard deviations of the logarithm
-_SETTLED = 0.5  # of ln Z: a pass that gains less was the last
-_INVISIBLE = 0.05  # squared length in noise of what one prior standard deviation changes, below which a sensitivity is not renewed
+_SETTLED = 2.0  # of ln Z: a pass that gains less was the last
 
 
 def point_of(seen: Seen, model: Model, discrepancy: Discrepancy, known: Sequence[Array] = ()) -> Point:
@@ -91,30 +90,16 @@ def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hy
 
 
 def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> Hypothesis:
-    """The fit with sensitivities of its own, taken anew until its evidence settles, or for some passes."""
-    best = hypothesis_of(seen, suspects, point)
-    for _ in range(passes):
-        found = hypothesis_of(seen, suspects, descended(seen, _renewed(seen, best.at)))
+    """The fit with sensitivities of its own, taken anew until its evidence settles, or for some passes. What older ones made of the
+    evidence counts for nothing."""
+    best = hypothesis_of(seen, suspects, descended(seen, renewed(seen, point)))
+    for _ in range(passes - 1):
+        found = hypothesis_of(seen, suspects, descended(seen, renewed(seen, best.at)))
         gained = found.log_z - best.log_z
         best = found if gained > 0.0 else best
         if gained < _SETTLED:
             return replace(best, ended=True)
     return best if passes < MOST_PASSES else replace(best, ended=True)
-
-
-def _renewed(seen: Seen, point: Point) -> Point:
-    """Sensitivities taken anew where they show; a finite difference as wide as the posterior says how ln p bends there."""
-    at = posterior(seen, point)
-    widths = np.clip(np.sqrt(np.diag(np.linalg.inv(at.precision))), *_MOVES)
-    energy = sum(np.sum(j**2, axis=(1, 2, 3)) for j in point.jacobian)
-    numbers = [k for k, f in enumerate(point.model.free) if not f.prior or energy[k] > _INVISIBLE]
-    fresh = slopes(point.model, seen.experiments, numbers, point.readings, widths[numbers])
-    jacobian = []
-    for e, old, new in zip(seen.experiments, point.jacobian, fresh, strict=True):
-        own = old.copy()
-        own[numbers] = in_noise(e, new)
-        jacobian.append(own)
-    return replace(point, jacobian=tuple(jacobian))
 
 
 def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
@@ -128,20 +113,27 @@ def _quadratic(seen: Seen, point: Point, readings: Sequence[Array]) -> float:
 
 
 def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]:
-    """The first damping with which a Gauss-Newton step raises ln p(y, φ) with Σ as it is; the point, and by how much."""
+    """The Gauss-Newton step, damped as is best, by which ln p(y, φ) grows with Σ as it is; the point, and by how much. Damping is a
+    narrower prior about the point: what the logs hardly know moves farthest, beyond where lines hold, so it is held first."""
     prior, phi = prior_of(point.model), phi_of(point.model)
-    size = np.diag(np.diag(at.precision))
     before = prior.log_density(phi) - 0.5 * _quadratic(seen, point, point.readings)
+    found, gained = None, 0.0
     for damping in _DAMPINGS:
-        step = bounded(at.precision + damping * size, at.slope, prior.low - phi, prior.high - phi)
-        moved = np.clip(phi + step, prior.low, prior.high)
-        model = point.model.with_theta(theta_of(point.model, moved))
-        readings = seen.readings(model)
-        after = prior.log_density(moved) - 0.5 * _quadratic(seen, point, readings)
-        if np.isfinite(after) and after > before:
-            jacobian = _followed(seen, point, readings, moved - phi)
-            return replace(point, model=model, readings=readings, jacobian=jacobian), after - before
-    return None, 0.0
+        step = bounded(at.precision + damping * np.diag(prior.precision), at.slope, prior.low - phi, prior.high - phi)
+        tried = _moved(seen, point, np.clip(phi + step, prior.low, prior.high))
+        gain = prior.log_density(phi_of(tried.model)) - 0.5 * _quadratic(seen, tried, tried.readings) - before
+        if np.isfinite(gain) and gain > gained:
+            found, gained = tried, gain
+        elif found is not None:
+            break
+    return found, gained
+
+
+def _moved(seen: Seen, point: Point, phi: Array) -> Point:
+    """The point with other numbers, its sensitivities by Broyden's update."""
+    model = point.model.with_theta(theta_of(point.model, phi))
+    readings = seen.readings(model)
+    return replace(point, model=model, readings=readings, jacobian=_followed(seen, point, readings, phi - phi_of(point.model)))
 
 
 def _followed(seen: Seen, point: Point, readings: Sequence[Array], step: Array) -> tuple[Array, ...]:

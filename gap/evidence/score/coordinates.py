@@ -1,5 +1,9 @@
-"""The fit's own coordinates: φ = (θ − start) / scale, and φ = ln(θ / start) / ln(1 + scale / start) where only the order of magnitude of a
-constant is known (scale ≥ start: how friction's bristles yield). There a tenth is as near as ten times, and lines are straighter."""
+"""The fit's own coordinates: φ = ln(θ / start) / ln(1 + scale / start) of constants that are positive, else φ = (θ − start) / scale.
+
+Readings hang on products of constants: a flow on rated flow, full scale and the root of a pressure, a velocity on that and an area. In
+logarithms what leaves a product as it is lies on a straight line; else on a curve, which leaves the stiff directions of the posterior at
+once. And where only the order of magnitude is known (scale ≥ start: how friction's bristles yield), a tenth is as near as ten times.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,7 @@ from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.model import Free, Model
 from gap.fitting.sensitivity import MOVE, PRIOR_MOVE, sensitivities
+from gap.fitting.simulate import simulate
 
 
 def phi_of(model: Model) -> Array:
@@ -31,12 +36,12 @@ def ends(model: Model) -> Array:
 
 def stretch(model: Model) -> Array:
     """dθ/dφ in scales, at the model's values."""
-    return np.array([value * _log_sd(f) / f.scale if _by_magnitude(f) else 1.0 for f, value in zip(model.free, model.theta, strict=True)])
+    return np.array([value * _log_sd(f) / f.scale if _positive(f) else 1.0 for f, value in zip(model.free, model.theta, strict=True)])
 
 
 def magnitudes(model: Model) -> list[int]:
     """Numbers of which only the order of magnitude is known."""
-    return [k for k, f in enumerate(model.free) if _by_magnitude(f)]
+    return [k for k, f in enumerate(model.free) if _positive(f) and f.start <= f.scale]
 
 
 def slopes(
@@ -50,8 +55,20 @@ def slopes(
     return [j * own[:, None, None, None] for j in sensitivities(model, experiments, numbers, base, moves)]
 
 
-def _by_magnitude(free: Free) -> bool:
-    return free.prior and 0.0 < free.start <= free.scale and free.low > 0.0
+def along(model: Model, experiments: Sequence[Experiment], moves: Array) -> list[Array]:
+    """Half of what readings of every log change from −move to +move of φ, for every one of `moves` (moves × numbers): moves × windows ×
+    samples × channels."""
+    phi, (low, high) = phi_of(model), ends(model)
+    vectors = [model.vector(theta_of(model, np.clip(phi + side * move, low, high))) for move in moves for side in (1.0, -1.0)]
+    return [_halved(simulate(e, vectors)) if vectors else np.empty((0, *e.measured.shape)) for e in experiments]
+
+
+def _halved(readings: Sequence[Array]) -> Array:
+    return 0.5 * np.stack([there - back for there, back in zip(readings[::2], readings[1::2], strict=True)])
+
+
+def _positive(free: Free) -> bool:
+    return free.prior and free.start > 0.0 and free.low > 0.0
 
 
 def _log_sd(free: Free) -> float:
@@ -59,8 +76,8 @@ def _log_sd(free: Free) -> float:
 
 
 def _phi(free: Free, value: float) -> float:
-    return float(np.log(value / free.start)) / _log_sd(free) if _by_magnitude(free) else (value - free.start) / free.scale
+    return float(np.log(value / free.start)) / _log_sd(free) if _positive(free) else (value - free.start) / free.scale
 
 
 def _theta(free: Free, phi: float) -> float:
-    return free.start * float(np.exp(phi * _log_sd(free))) if _by_magnitude(free) else free.start + free.scale * phi
+    return free.start * float(np.exp(phi * _log_sd(free))) if _positive(free) else free.start + free.scale * phi

@@ -1,8 +1,8 @@
 """What is believed of every free number before the logs are seen, in the fit's own coordinates φ (gap.evidence.score.coordinates).
 
-A constant is normal about the rig file's value, with the standard deviation of its provenance (log-normal where only its order of magnitude
-is known). The size of an effect, or a constant that is suspected of having changed, may be anything in its plausible range: normal about
-its neutral value (half-normal where it has one sign) with the far end of the range RANGE_SDS standard deviations away.
+A constant is normal about the rig file's value (log-normal where it is positive), with the standard deviation of its provenance. The size
+of an effect, or a constant that is suspected of having changed, may be anything in its plausible range: normal about its neutral value
+(half-normal where it has one sign) with the far end of the range RANGE_SDS standard deviations away.
 """
 
 from __future__ import annotations

@@ -1,0 +1,61 @@
+"""Sensitivities of a fitted model, taken along the axes of its posterior and as far as that reaches.
+
+Of many constants only what they do together is known: rated flow, full scale and piston area make one velocity. One of them alone moves the
+readings by thousands of noises, so in the difference of such columns the error of each finite difference would stand for what the logs say
+of the rest. So readings are moved along the eigenvectors of the posterior's precision, each as far as it is known. A shorter move would
+tell of single events where a joint sticks and slips; one way only, of the curvature as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap.data.measured import Array
+from gap.data.windows import Experiment
+from gap.evidence.noise.unknowns import in_noise
+from gap.evidence.score.coordinates import along, phi_of, slopes
+from gap.evidence.score.hypothesis import Point, Seen, posterior
+from gap.evidence.score.prior import prior_of
+
+_REACH = 3.0  # posterior standard deviations of a move: at 1, events make the posterior narrower at every renewal
+_WIDEST = 1.0  # prior standard deviations of it at most
+_NARROWEST = 1e-3  # of a number at the end of its range
+_INVISIBLE = 0.05  # squared length in noise of what one prior standard deviation changes, below which a sensitivity is not renewed
+
+Numbers = NDArray[np.int64]
+
+
+def renewed(seen: Seen, point: Point) -> Point:
+    """The point with its sensitivities taken anew where they show: along the posterior's axes, both ways; of numbers near the end of their
+    range by themselves, away from it."""
+    precision, phi, prior = posterior(seen, point).precision, phi_of(point.model), prior_of(point.model)
+    reach = np.minimum(_REACH * np.sqrt(np.diag(np.linalg.inv(precision))), _WIDEST)
+    shown = _shown(point)
+    inside = (phi - prior.low > reach) & (prior.high - phi > reach)
+    alone, free = np.flatnonzero(shown & ~inside), np.flatnonzero(shown & inside)
+    by_number = slopes(point.model, seen.experiments, list(alone), point.readings, np.maximum(reach, _NARROWEST)[alone])
+    by_axis = _along_axes(seen.experiments, point, precision, free)
+    jacobian = []
+    for e, old, own, others in zip(seen.experiments, point.jacobian, by_number, by_axis, strict=True):
+        new = old.copy()
+        new[alone], new[free] = in_noise(e, own), in_noise(e, others)
+        jacobian.append(new)
+    return replace(point, jacobian=tuple(jacobian))
+
+
+def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Array, free: Numbers) -> list[Array]:
+    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior."""
+    stiffness, axes = np.linalg.eigh(precision[np.ix_(free, free)])
+    lengths = np.minimum(_REACH / np.sqrt(stiffness), _WIDEST)
+    moves = np.zeros((len(free), len(precision)))
+    moves[:, free] = (axes * lengths).T
+    return [np.tensordot(axes / lengths, change, 1) for change in along(point.model, experiments, moves)]
+
+
+def _shown(point: Point) -> NDArray[np.bool_]:
+    energy = sum(np.sum(j**2, axis=(1, 2, 3)) for j in point.jacobian)
+    return np.array([not f.prior or energy[k] > _INVISIBLE for k, f in enumerate(point.model.free)])
