@@ -14,7 +14,7 @@ import numpy as np
 from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis, Suspect, hypothesis_at
+from gap.evidence.score.hypothesis import Hypothesis, Suspect, beyond, hypothesis_at
 from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.signatures.candidates import Candidate
@@ -32,9 +32,12 @@ def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     search = replace(search, signatures=tuple(signatures))
     own = {s.label for s in suspects}
     of_these = [s for s in signatures if s.suspect.label in own]
+    waiting = _promised(search, base, of_these, suspects, base.log_z)
+    if not np.any(beyond(search.seen, base)):
+        return replace(search, waiting=(*search.waiting, *waiting))
     own_constants = at_own_constants(search, base)
     afresh = hypothesis_of(search.seen, base.suspects, descended(search.seen, own_constants.at))
-    waiting = _promised(search, base, of_these, suspects, base.log_z) + _promised(search, own_constants, of_these, suspects, afresh.log_z)
+    waiting += _promised(search, own_constants, of_these, suspects, afresh.log_z)
     return replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, afresh))
 
 
