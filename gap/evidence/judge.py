@@ -12,19 +12,27 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gap.evidence.noise.discrepancy import on_other_logs
-from gap.evidence.refinement import descended, hypothesis_of, point_of
+from gap.evidence.refinement import descended, finished, hypothesis_of, point_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 
 
 def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
     """The set fitted on with the hold-out beside the fitted logs; its windows are those of the fitted logs, then those of the hold-out.
     `held`: the logs that judge, with what is integrated out there the same for every set."""
-    at, there = hypothesis.at, point_of(held, hypothesis.model, hypothesis.at.discrepancy)
-    both = Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model)
+    at, there, both = hypothesis.at, point_of(held, hypothesis.model, hypothesis.at.discrepancy), _together(seen, held)
     readings, jacobian = at.readings + there.readings, at.jacobian + there.jacobian
     point = replace(at, readings=readings, jacobian=jacobian, discrepancy=replace(at.discrepancy, times=()))
     point = replace(point, discrepancy=rediscovered(both, point, None, False))
     return hypothesis_of(both, hypothesis.suspects, descended(both, point))
+
+
+def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
+    """What `on_all_logs` gave, with sensitivities of its own there: between sets of which either may be right, the way must not decide."""
+    return finished(_together(seen, held), judged.suspects, judged.at)
+
+
+def _together(seen: Seen, held: Seen) -> Seen:
+    return Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model)
 
 
 def of_rig_file(nominal: Hypothesis, held: Seen) -> float:

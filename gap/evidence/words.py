@@ -9,9 +9,9 @@ import numpy as np
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.judge import of_rig_file, on_all_logs
+from gap.evidence.judge import ended_on_all_logs, of_rig_file, on_all_logs
 from gap.evidence.posterior import Shares, shares
-from gap.evidence.score.hypothesis import Hypothesis, Suspect, about, beyond
+from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
 
 
@@ -45,7 +45,7 @@ class Said:
 def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
     judges = about(held, search.seen.scales, search.seen.model)
-    by_set = {h.labels: on_all_logs(search.seen, h, judges) for h in asked(search)}
+    by_set = _judged(search, judges)
     found = shares(search, by_set)
     likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
     chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
@@ -59,6 +59,16 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     names = tuple(_name(found, chosen, s, agreed) for s in chosen.suspects)
     word, why = _of_names(names, judged, left) if names else _of_none(found, judged, left)
     return Said(word, why, chosen, names, found.none, judged)
+
+
+def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:
+    """Sets fitted to all logs; where more than one may still be right, those to their end."""
+    by_set = {h.labels: on_all_logs(search.seen, h, judges) for h in asked(search)}
+    found = shares(search, by_set)
+    likely = [labels for labels in by_set if found.of_set[labels] >= 1.0 - CONFIRMED]
+    if len(likely) < 2:
+        return by_set
+    return by_set | {labels: ended_on_all_logs(search.seen, by_set[labels], judges) for labels in likely}
 
 
 def asked(search: EvidenceSearch) -> list[Hypothesis]:
