@@ -21,6 +21,9 @@ NAME = "longreach_NAME:Options"
 
 [tool.setuptools]
 py-modules = ["longreach_NAME"]
+
+[tool.pytest.ini_options]
+pythonpath = ["."]
 """
 
 _DRIVER = '''\

@@ -56,10 +56,14 @@ def complaints(loaded: LoadedRig) -> list[str]:
 
 
 @pytest.mark.slow
-def test_its_contract_test_passes_outside_the_checkout(package: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(package), str(CHECKOUT)])}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(package)]
-    run = subprocess.run(command, cwd=package, env=environment, capture_output=True, text=True, timeout=120, check=False)
+@pytest.mark.parametrize("around", ["", '[tool.pytest.ini_options]\naddopts = "--import-mode importlib"\n'], ids=["outside", "inside"])
+def test_its_contract_test_passes_outside_and_inside_a_checkout(package: Path, around: str) -> None:
+    """Before it is installed, too. `around`: settings of pytest in the folder above, as this checkout has them."""
+    if around:
+        package.with_name("pyproject.toml").write_text(around)
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", package.name]
+    run = subprocess.run(command, cwd=package.parent, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert run.returncode == 0, run.stdout
     assert " passed" in run.stdout
     assert "failed" not in run.stdout
