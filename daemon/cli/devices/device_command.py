@@ -31,7 +31,8 @@ def _options(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.driver not in known:
         what = f"there is no driver {arguments.driver!r}{nearest_text(arguments.driver, known)}"
-        raise ConfigError(what, next_step=f"Drivers: {', '.join(known)}.")
+        advice = f"Drivers: {', '.join(known)}. One of your own is known once its package is installed: `longreach new-driver --help`."
+        raise ConfigError(what, next_step=advice)
     schema = options_schema(arguments.driver)
     if schema is None:
         advice = f"Its package names them in the entry-point group {OPTIONS}: see `longreach new-driver`."

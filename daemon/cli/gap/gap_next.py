@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from config.loading.load import LoadedRig
     from gap.maneuvers.separation import Rival
 
+_BETWEEN = "longreach gap next --rig RIG.yaml --between EFFECT@PLACE EFFECT@PLACE"
+
 
 def register(verbs: Any) -> None:
     parser = verbs.add_parser("next", help="which maneuver separates explanations soonest, or which sensor would")
@@ -89,11 +91,12 @@ def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dic
     if between:
         return _given(loaded, between)
     if not content:
-        raise ConfigError("nothing to separate", where="gap next", next_step="Give --findings findings.json or --between A@PLACE B@PLACE.")
+        advice = f"Give --findings findings.json, or two effects: `{_BETWEEN}`."
+        raise ConfigError("nothing to separate", where="gap next", next_step=advice)
     findings = explanations(content)
     doubtful = [item for item in findings if item["look_alikes"]] or [item for item in findings if not item["confirmed"]]
     if not doubtful:
-        advice = "Every finding stands alone. Use --between to compare two effects all the same."
+        advice = f"Every finding stands alone. Two effects all the same: `{_BETWEEN}`."
         raise ConfigError("the findings leave nothing in doubt", where=path, next_step=advice)
     base = no_effect(loaded, {key: item["value"] for key, item in content["parameters"].items()})
     for item in findings:
