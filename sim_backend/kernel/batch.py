@@ -114,12 +114,13 @@ def _rows(
     out: Array,
 ) -> None:
     """Advance from row `first` to row `last`; a reading every `every` rows goes into the next row of `out`, while there is one."""
+    stay = kernel.rates_stay(p)
     for row in range(first, last):
         _impose(x, p, w, targets, row)
         sample = (row - first) // every
         if (row - first) % every == 0 and sample < out.shape[0]:
             raw_counts(x, p, period_s, out[sample])
-        kernel.advance(x, p, w, scratch, commands[row, 0], commands[row, 1], period_s)
+        kernel.advance(x, p, w, scratch, commands[row, 0], commands[row, 1], period_s, stay and row > first)
 
 
 @released

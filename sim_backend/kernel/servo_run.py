@@ -42,12 +42,13 @@ def servo_run(
     n // len(out) periods: means over them, since the ports' temperatures swing with the flow of every moment.
     """
     every = references.shape[0] // out.shape[0]
+    stay = kernel.rates_stay(p)
     taken = x[D.SUPPLY_VOLUME] + x[D_STRIDE + D.SUPPLY_VOLUME]
     for row in range(out.shape[0]):
         out[row, :] = 0.0
         for i in range(row * every, (row + 1) * every):
             volts_0, volts_1 = servo_volts(x, references, servos, i, 0), servo_volts(x, references, servos, i, 1)
-            kernel.advance(x, p, w, scratch, volts_0, volts_1, period_s)
+            kernel.advance(x, p, w, scratch, volts_0, volts_1, period_s, stay and row + i > 0)
             out[row, 1] += x[H.RESERVOIR]
             out[row, 2] += supply_port(x)
             out[row, 3] += x[H.RETURN_OIL]

@@ -36,7 +36,8 @@ SUPPLY_AT_VALVE = SHAPE_ACCELERATION + 1  # one a slot
 RETURN_AT_VALVE = SUPPLY_AT_VALVE + SLOTS
 SIGNAL_START = RETURN_AT_VALVE + SLOTS  # true values in the order of layout.Signal
 LINK_DAMPING = SIGNAL_START + SIGNALS  # modal damping per modal stiffness number
-WORK = LINK_DAMPING + 1
+REFERENCE_VISCOSITY = LINK_DAMPING + 1  # of the oil, mm²/s, where coefficients are stated
+WORK = REFERENCE_VISCOSITY + 1
 
 
 def scratch() -> tuple[Vector, Vector, Vector]:

@@ -27,7 +27,7 @@ S1, S2 = 3 / 2, -1.0
 
 
 @compiled
-def _frequency_equation(length: float, p: Vector) -> tuple[float, float, float]:
+def frequency_equation(length: float, p: Vector) -> tuple[float, float, float]:
     """Coefficients of det(K − λM) = k − 2 h λ + d λ² of the clamped link, λ = ω² (without tip inertia): d, h, k."""
     line = p[C.MASS_PER_LENGTH] * length
     a, b, c = line * M11 + p[C.PAYLOAD], line * M12, line * M22
@@ -39,14 +39,14 @@ def _frequency_equation(length: float, p: Vector) -> tuple[float, float, float]:
 @compiled
 def first_frequency(length: float, p: Vector) -> float:
     """First clamped frequency, rad/s, of the two-shape model (without tip inertia)."""
-    determinant, half, product = _frequency_equation(length, p)
+    determinant, half, product = frequency_equation(length, p)
     return sqrt(product / (half + sqrt(half * half - determinant * product)))  # the smaller root without cancellation
 
 
 @compiled
 def highest_frequency(length: float, p: Vector) -> float:
     """Second clamped frequency, rad/s, of the two-shape model (without tip inertia)."""
-    determinant, half, product = _frequency_equation(length, p)
+    determinant, half, product = frequency_equation(length, p)
     return sqrt((half + sqrt(half * half - determinant * product)) / determinant)
 
 

@@ -24,9 +24,15 @@ def viscosity_cSt(temperature_C: float, p: Vector) -> float:
 
 
 @compiled
-def thinning(temperature_C: float, p: Vector) -> float:
-    """Viscosity at the reference temperature over that at this one; 1 without oil."""
-    return viscosity_cSt(REFERENCE_C, p) / viscosity_cSt(temperature_C, p) if p[C.WALTHER_A] > 0.0 else 1.0
+def reference_viscosity(p: Vector) -> float:
+    """Viscosity at the temperature where coefficients are stated; 0 without oil."""
+    return viscosity_cSt(REFERENCE_C, p) if p[C.WALTHER_A] > 0.0 else 0.0
+
+
+@compiled
+def thinning(temperature_C: float, reference_cSt: float, p: Vector) -> float:
+    """Viscosity at the reference temperature (reference_viscosity()) over that at this one; 1 without oil."""
+    return reference_cSt / viscosity_cSt(temperature_C, p) if p[C.WALTHER_A] > 0.0 else 1.0
 
 
 @compiled

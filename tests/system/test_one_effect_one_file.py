@@ -96,7 +96,8 @@ print(json.dumps([softer, len(p.names) == p.values.size, bool(np.all(plain.value
 
 @pytest.mark.slow
 def test_the_kernel_has_its_law_and_the_tests_have_its_case(library: Installed, tmp_path: Path) -> None:
-    """The cases that the tests of effects make of the files: neutral is absent bit for bit, present is seen, at every hook."""
+    """The cases that the tests of effects make of the files: neutral is absent bit for bit, present is seen, and rates kept between periods
+    are those computed anew, at every hook."""
     told = library.run(
         "-m",
         "pytest",
@@ -107,7 +108,7 @@ def test_the_kernel_has_its_law_and_the_tests_have_its_case(library: Installed, 
         "-k",
         " or ".join(["hose_swelling", *OTHERS]),
     )
-    assert "16 passed" in told  # a case and a look at the file each
+    assert "24 passed" in told  # a case, kept rates and a look at the file each
     rig = tmp_path / "rig.yaml"
     rig.write_text(rig_text("effect: hose_swelling, where: rotary, swelling: 2e-24"))
     softer, named, rest_is_empty = json.loads(library.run("-c", COMPLIANCE, str(rig)))

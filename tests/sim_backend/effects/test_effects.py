@@ -41,10 +41,14 @@ def deleted(name: str, where: str) -> Any:
     return change
 
 
-def moved(sim: SimulatedRig) -> dict[str, np.ndarray]:
-    """A short excursion of both joints in both directions."""
+def excursion() -> np.ndarray:
+    """Commands (V) of a short move of both joints in both directions."""
     t = np.arange(900) * 1e-3
-    return sim.run(np.column_stack([1.0 * np.sin(2 * np.pi * 2.3 * t), 3.0 * np.sin(2 * np.pi * 1.7 * t)]), 1e-3, sense=True)
+    return np.column_stack([1.0 * np.sin(2 * np.pi * 2.3 * t), 3.0 * np.sin(2 * np.pi * 1.7 * t)])
+
+
+def moved(sim: SimulatedRig) -> dict[str, np.ndarray]:
+    return sim.run(excursion(), 1e-3, sense=True)
 
 
 def neutral_values(name: str, values: Mapping[str, Any]) -> Content:
@@ -73,6 +77,19 @@ def test_neutral_is_absent_and_the_rest_is_not(name: str, case: Case) -> None:
     present = moved(SimulatedRig(ornl(warm, with_effects(entry)), seed=2))
     change = np.nanmax(np.abs(present[signal] - without_effect[signal]))
     assert change > 1e-4 * np.nanmax(np.abs(without_effect[signal] - np.nanmean(without_effect[signal]))) + 1e-12
+
+
+@pytest.mark.parametrize(("name", "case"), CASES, ids=IDS)
+def test_what_many_periods_in_one_call_do_not_compute_again_changes_no_bit(name: str, case: Case) -> None:
+    """The rates kept from the period before are those that a call of one period computes anew, whatever the effect does to them."""
+    rig = ornl(warm, with_effects({"effect": name, "where": case.where, **case.values}))
+    single = SimulatedRig(rig, seed=2)
+    together, signals = SimulatedRig(rig, seed=2), single.signal_names()
+    found = together.run(excursion(), 1e-3)
+    for row, volts in enumerate(excursion().tolist()):
+        assert [single.true_signal(signal) for signal in signals] == [found[signal][row] for signal in signals], row
+        single.advance(volts, 1e-3)
+    assert np.array_equal(together.state, single.state)
 
 
 def test_every_effect_of_a_rig_file_is_there_and_has_a_case() -> None:
