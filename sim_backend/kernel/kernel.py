@@ -123,27 +123,29 @@ def renew_spools(x: Vector, p: Vector, w: Vector, d: Vector) -> None:
 @compiled
 def runge_kutta_step(x: Vector, p: Vector, w: Vector, y: Vector, d: Vector, total: Vector, step_s: float, known: bool) -> None:
     """One classical fourth-order step of the differential states; y and total are scratch. `known`: d holds the rates at x already, but
-    for the spools."""
+    for the spools. The rates stand in a loop: four copies of them, one after the other, are more code than a processor keeps at hand."""
     frozen = x[H.FROZEN]
     if known:
         renew_spools(x, p, w, d)
     else:
         start_air(x, p, w)
-        rates(x, p, w, frozen, step_s, d)
-    for i in range(DIFFERENTIAL):
-        total[i] = d[i]
-        y[i] = x[i] + 0.5 * step_s * d[i]
-    rates(y, p, w, frozen, step_s, d)
-    for i in range(DIFFERENTIAL):
-        total[i] += 2.0 * d[i]
-        y[i] = x[i] + 0.5 * step_s * d[i]
-    rates(y, p, w, frozen, step_s, d)
-    for i in range(DIFFERENTIAL):
-        total[i] += 2.0 * d[i]
-        y[i] = x[i] + step_s * d[i]
-    rates(y, p, w, frozen, step_s, d)
-    for i in range(DIFFERENTIAL):
-        x[i] += step_s / 6.0 * (total[i] + d[i])
+        for i in range(DIFFERENTIAL):
+            y[i] = x[i]
+    for stage in range(4):
+        if stage > 0 or not known:
+            rates(y, p, w, frozen, step_s, d)
+        if stage == 0:
+            for i in range(DIFFERENTIAL):
+                total[i] = d[i]
+                y[i] = x[i] + 0.5 * step_s * d[i]
+        elif stage < 3:
+            share = 0.5 if stage == 1 else 1.0
+            for i in range(DIFFERENTIAL):
+                total[i] += 2.0 * d[i]
+                y[i] = x[i] + share * step_s * d[i]
+        else:
+            for i in range(DIFFERENTIAL):
+                x[i] += step_s / 6.0 * (total[i] + d[i])
 
 
 @compiled
