@@ -1,9 +1,10 @@
 """How long a whole search takes: logs of the simulated testbed at 1 kHz, an effect deleted from the rig file, all candidates.
 
-    python -m benchmarks.gap [EFFECT@PLACE] [--periods 5] [--workers 2]
+    python -m benchmarks.gap [EFFECT@PLACE] [--periods 5] [--workers 2] [--dask 1 2 --verdicts 4]
 
 For each length of the fit log (12 s a period of the multisine) and each number of threads: seconds, processor seconds, and what was
-simulated for the verdict. Not part of `make bench`: a search takes about a minute on an idle machine, the recording of the logs another.
+simulated for the verdict. With `--dask` then the same for several verdicts beside each other on so many workers of a Dask cluster.
+Not part of `make bench`: a search takes about a minute on an idle machine, the recording of the logs another.
 """
 
 from __future__ import annotations
@@ -11,23 +12,16 @@ from __future__ import annotations
 import argparse
 import resource
 import tempfile
-import threading
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from types import ModuleType
 from typing import Any
-from unittest.mock import patch
 
+from benchmarks.gap.measured_search import Search, measured, measured_on_dask
 from config.loading.load import LoadedRig, load_rig, rig_from_text
 from daemon.cli.gap.gap_demo import without
 from daemon.lockstep import run_lockstep
-from gap.find import find
-from gap.fitting import initial_states, simulate
-from gap.search.settings import PROCESSORS, Settings
+from gap.search.settings import PROCESSORS
 from recording.files.reader import read_log
-from sim_backend.kernel.batch import WindowPlan
 
 WANTED_S, WANTED_GIB = 60.0, 2.0
 MOVES = (
@@ -37,30 +31,6 @@ MOVES = (
     {"joint": "prismatic", "to": "36 in", "hold": "2 s", "speed": "6 in/s", "acceleration": "60 in/s^2"},
 )
 STEPS = [dict(move) for _ in range(5) for move in MOVES]
-CARRIED, RESTARTED = (simulate, "carry"), (initial_states, "restart")
-
-
-class Counted:
-    """A function of the kernel's batches, and what it has simulated: calls, and windows in all of them."""
-
-    def __init__(self, place: ModuleType, name: str) -> None:
-        self._function = getattr(place, name)
-        self._lock = threading.Lock()
-        self.calls = self.windows = 0
-
-    def __call__(self, state: Any, p: Any, plan: WindowPlan, *rest: Any, **named: Any) -> Any:
-        with self._lock:
-            self.calls += 1
-            self.windows += len(plan.starts)
-        return self._function(state, p, plan, *rest, **named)
-
-
-@contextmanager
-def counted() -> Iterator[list[Counted]]:
-    """All simulations of the searches within."""
-    counts = [Counted(*place) for place in (CARRIED, RESTARTED)]
-    with patch.object(*CARRIED, counts[0]), patch.object(*RESTARTED, counts[1]):
-        yield counts
 
 
 def main() -> None:
@@ -69,6 +39,8 @@ def main() -> None:
     parser.add_argument("effect", nargs="?", default="coulomb_friction@rotary", help="what is deleted, and where (default %(default)s)")
     parser.add_argument("--periods", type=int, nargs="+", default=[5], metavar="N", help="of the fit log's multisine (default 5: 60 s)")
     parser.add_argument("--workers", type=int, nargs="+", default=[PROCESSORS], metavar="N", help="threads (default %(default)s)")
+    parser.add_argument("--dask", type=int, nargs="+", default=[], metavar="N", help="workers of a Dask cluster, one thread each")
+    parser.add_argument("--verdicts", type=int, default=4, metavar="N", help="searches on each cluster (default %(default)s)")
     arguments = parser.parse_args()
     effect, _, where = arguments.effect.partition("@")
     with tempfile.TemporaryDirectory() as folder:
@@ -79,23 +51,30 @@ def main() -> None:
         for periods in arguments.periods:
             fitted = _log(rig, {"maneuver": {"name": "multisine"}, "parameters": {"periods": periods}}, out / f"fit{periods}", 0)
             for workers in arguments.workers:
-                _search(model, fitted, held, out / f"found{periods}-{workers}", workers)
+                _search(Search(model, fitted, held, out / f"found{periods}-{workers}", workers))
+            for workers in arguments.dask:
+                _verdicts(Search(model, fitted, held, out / f"dask{periods}-{workers}", 1), workers, arguments.verdicts)
     print(
         f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB (wanted: {WANTED_GIB:g}); wanted: {WANTED_S:g} s"
     )
 
 
-def _search(model: Path, fitted: Path, held: Path, out: Path, workers: int) -> None:
-    said: list[str] = []
-    with counted() as (carried, restarted):
-        began, processor = time.perf_counter(), time.process_time()
-        found = find(model, [fitted], [held], out, said.append, Settings(propose=False, workers=workers))
-        seconds, spent = time.perf_counter() - began, time.process_time() - processor
-    screened = next((line for line in said if line.startswith("screening")), "no candidate")
-    names = ", ".join(f"{item['effect']} at {item['where']}" for item in found.content["findings"]) or "nothing"
-    print(f"{read_log(fitted).columns['t_s'][-1]:.0f} s of fit log, {workers} threads, {screened}: {found.verdict.word}, {names}")
-    print(f"  {seconds:.1f} s, {spent:.1f} processor seconds; {carried.calls} simulations of {carried.windows} windows, "
-          f"{restarted.calls} restarts of {restarted.windows}", flush=True)  # fmt: skip
+def _search(search: Search) -> None:
+    took = measured(search)
+    print(f"{_length_s(search):.0f} s of fit log, {search.threads} threads, {took.screened}: {took.found}\n  {took.line}", flush=True)
+
+
+def _verdicts(search: Search, workers: int, verdicts: int) -> None:
+    took = measured_on_dask(search, workers, verdicts)
+    seconds = max(one.ended for one in took) - min(one.began for one in took)
+    found = "; ".join(sorted({one.found for one in took}))
+    print(f"{_length_s(search):.0f} s of fit log, {workers} Dask workers, {verdicts} verdicts: {found}")
+    print(f"  {seconds / verdicts:.1f} s a verdict; each search:")
+    print("\n".join(f"  {one.line}" for one in took), flush=True)
+
+
+def _length_s(search: Search) -> float:
+    return float(read_log(search.fitted).columns["t_s"][-1])
 
 
 def _log(rig: LoadedRig, request: Mapping[str, Any], folder: Path, seed: int) -> Path:
