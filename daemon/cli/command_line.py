@@ -11,14 +11,14 @@ from collections.abc import Callable, Sequence
 
 from config.errors import EXIT_REFUSED, LongreachError
 from config.whole_file import refused_by_system
-from daemon.cli.commands import add_commands
+from daemon.cli.commands import Parser, add_commands
 from daemon.cli.refusal import report
 
 RunCommand = Callable[[argparse.Namespace], int]
 
 
 def build_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="longreach",
         description="Controller for hydraulic long-reach arms: check a rig, run maneuvers, look at logs.",
         epilog="Commands that talk to the daemon find it through --socket, $LONGREACH_SOCKET or the usual place. See docs/.",

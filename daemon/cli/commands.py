@@ -8,9 +8,14 @@ work it imports when it does it.
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
+
+from config.errors import EXIT_USAGE
+
+_NO_COMMAND = re.compile(r"argument (?:COMMAND|VERB): invalid choice: '([^']*)' \(choose from (.*)\)")
 
 
 class Command(NamedTuple):
@@ -86,7 +91,21 @@ COMMANDS = (
 )
 
 
-class CommandParser(argparse.ArgumentParser):
+class Parser(argparse.ArgumentParser):
+    """A command or verb that there is not is answered with the nearest one, not with all forty."""
+
+    def error(self, message: str) -> NoReturn:
+        wrong = _NO_COMMAND.search(message)
+        if wrong is None:
+            super().error(message)
+        from config.parsing.nearest import nearest
+
+        near = nearest(wrong[1], re.findall(r"[\w-]+", wrong[2]))
+        said, typed = (f": nearest is {near!r}", f"{self.prog} {near} --help") if near else ("", f"{self.prog} --help")
+        self.exit(EXIT_USAGE, f"{self.prog}: there is no command {wrong[1]!r}{said}\nnext: {typed}\n")
+
+
+class CommandParser(Parser):
     """The parser of one command: its options are there once it parses, which it does only when the user named the command."""
 
     def __init__(self, *, options: str = "", **keywords: Any) -> None:

@@ -123,3 +123,18 @@ def test_wrong_usage_is_status_2() -> None:
     with pytest.raises(SystemExit) as ended:
         main(["strat"])
     assert ended.value.code == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["star"], "longreach: there is no command 'star': nearest is 'start'\nnext: longreach start --help\n"),
+        (["log", "chek"], "longreach log: there is no command 'chek': nearest is 'check'\nnext: longreach log check --help\n"),
+        (["xyzzy"], "longreach: there is no command 'xyzzy'\nnext: longreach --help\n"),
+    ],
+)
+def test_a_command_that_there_is_not_is_answered_with_the_nearest(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == said
