@@ -46,10 +46,8 @@ NOT_HERE = {
 ELSEWHERE = {
     "gap demo": "docs/guide/model/find-the-gap.md, a console block",
     "gap next": "tests/gap/maneuvers/test_next_maneuver.py",
-    "gap loop": "tests/gap/test_loop.py",
     "--decide evidence": "tests/gap/evidence",
     "--holdout sine.mcap": "tests/gap/test_cylinder_bench.py",
-    "--rig frictionless.yaml": "tests/gap/measured/test_emps.py",
     "commission trial.yaml": "tests/daemon/cli/commission/test_commission.py",
     "commission my_rig.yaml": "tests/daemon/processes/test_commission_on_daemon.py",
     "--on-rig": "tests/daemon/processes/test_identify_on_rig.py",
@@ -60,7 +58,7 @@ ELSEWHERE = {
 TALKS = re.compile(r"longreach (why(?! LOG)|events|reset|prove|arm|jog|start|stop|status|ui|top|live)\b")
 ARMED = re.compile(r"longreach (start|stop|jog)\b")
 STAYS = re.compile(r"longreach (ui|live|play)\b|longreachd|--watch")
-IN_HALF_A_MINUTE = re.compile(r"longreach shape my_rig")
+IN_HALF_A_MINUTE = re.compile(r"longreach (shape my_rig|gap find --rig frictionless)")
 IN_SECONDS = re.compile(r"longreach (check|new-rig|import day)")
 # Other than 0, as the pages say: two runs that differ; something stands in the way; the simulated rig has pressure; no rate is kept.
 STATUS = {"log diff": (1,), "longreach why": (0, 1), "longreach prove": (1,), "longreach host": (0, 1)}
