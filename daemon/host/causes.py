@@ -25,7 +25,8 @@ class Cause:
 
 def causes(root: Path = Path("/"), stolen: float = 0.0) -> list[Cause]:
     """Everything that was looked at. `root`: where proc and sys stand; `stolen`: share of the time that the hypervisor took meanwhile."""
-    return [*_kernel(), _governor(root), *_idle_states(root), _siblings(root), _hypervisor(root, stolen), *_usb_serial(root)]
+    looked_at = [*_kernel(), _governor(root), *_real_time_limit(root), *_idle_states(root), _siblings(root)]
+    return [*looked_at, _hypervisor(root, stolen), *_usb_serial(root)]
 
 
 def stolen_ticks(root: Path = Path("/")) -> tuple[int, int]:
@@ -47,6 +48,19 @@ def _governor(root: Path) -> Cause:
     found = sorted({_text(path) for path in (root / _CPU).glob("cpu[0-9]*/cpufreq/scaling_governor")} - {""})
     advice = "cpupower frequency-set -g performance" if found and found != ["performance"] else ""
     return Cause("governor", ", ".join(found) or "unknown (the host sets the clock)", advice)
+
+
+def _real_time_limit(root: Path) -> Iterator[Cause]:
+    """What real-time work may take of a processor (kernel documentation, scheduler/sched-rt-group): the rest is one pause a second."""
+    runtime, period = (_text(root / f"proc/sys/kernel/sched_rt_{name}_us") for name in ("runtime", "period"))
+    if not (runtime and period):
+        return
+    left_ms = (int(period) - int(runtime)) // 1000
+    if int(runtime) < 0 or left_ms <= 0:
+        yield Cause("real-time limit", "none")
+        return
+    advice = f"Pauses of {left_ms} ms? Real-time work fills a processor: give loop.cpu to the loop alone (isolcpus=N), a twin another."
+    yield Cause("real-time limit", f"{left_ms} ms of every {int(period) // 1000} ms are kept for other work", advice)
 
 
 def _idle_states(root: Path) -> Iterator[Cause]:

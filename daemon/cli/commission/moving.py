@@ -44,7 +44,11 @@ def polarity(context: Context) -> Outcome:
             ran = context.run(_jog(name, times * step, abs(times) * speed, unit))
             logs.append(str(ran.log))
             if not ran.valid:
-                turned = "" if tells_of_lateness(ran.reason) else f" If it ran away, turn the sign of outputs.{name}.scale."
+                turned = (
+                    ""
+                    if tells_of_lateness(f"{ran.reason} {context.bench.fault}")
+                    else f" If it ran away, turn the sign of outputs.{name}.scale."
+                )
                 advice = f"{ran.reason}{turned}"
                 return Outcome(False, f"{name} did not follow: {advice}", [*values, Value(name, "not valid", "valid", False)], logs)
             moves.append(steady_of(ran, name))

@@ -28,6 +28,8 @@ LAPTOP = {
     f"{CPU}/smt/active": "1",
     "proc/cpuinfo": "flags\t: fpu vme",
     "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "16",
+    "proc/sys/kernel/sched_rt_runtime_us": "950000",
+    "proc/sys/kernel/sched_rt_period_us": "1000000",
 }
 
 
@@ -41,6 +43,8 @@ def test_each_cause_has_its_value_and_what_to_do(tmp_path: Path) -> None:
     assert "16 ms" in found["USB adapter ttyUSB0"].value
     assert "sys/bus/usb-serial/devices/ttyUSB0/latency_timer" in found["USB adapter ttyUSB0"].next_step
     assert found["hypervisor"].value == "none"
+    assert found["real-time limit"].value == "50 ms of every 1000 ms are kept for other work"
+    assert "isolcpus" in found["real-time limit"].next_step
 
 
 @pytest.mark.parametrize(
@@ -50,6 +54,7 @@ def test_each_cause_has_its_value_and_what_to_do(tmp_path: Path) -> None:
         ({f"{CPU}/cpu0/cpuidle/state3/latency": "2"}, "idle states"),
         ({"dev/cpu_dma_latency": ""}, "idle states"),
         ({f"{CPU}/smt/active": "0"}, "hardware threads"),
+        ({"proc/sys/kernel/sched_rt_runtime_us": "-1"}, "real-time limit"),
         ({"sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "1"}, "USB adapter ttyUSB0"),
     ],
 )
