@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gap.evidence.noise.discrepancy import on_other_logs
-from gap.evidence.refinement import descended, finished, hypothesis_of, point_of
+from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, point_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 
 
@@ -28,7 +28,7 @@ def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
 
 def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
     """What `on_all_logs` gave, with sensitivities of its own there: between sets of which either may be right, the way must not decide."""
-    return finished(_together(seen, held), judged.suspects, judged.at)
+    return finished(_together(seen, held), judged.suspects, judged.at, FEW_PASSES)
 
 
 def _together(seen: Seen, held: Seen) -> Seen:

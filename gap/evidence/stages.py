@@ -16,7 +16,7 @@ import numpy as np
 
 from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
 from gap.evidence.promises import at_own_constants, widened
-from gap.evidence.refinement import MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
+from gap.evidence.refinement import FEW_PASSES, MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.hypothesis import Hypothesis, Suspect, about, beyond, reweighed
 from gap.evidence.screening import signatures_of, start_of
@@ -27,8 +27,7 @@ from gap.signatures.candidates import Candidate
 Tell = Callable[[str], None]
 Stage = Callable[[EvidenceSearch, Tell], EvidenceSearch]
 
-_FEW_PASSES = 2  # of a fit whose sensitivities are taken anew, before it is known that it is worth more
-_ROUNDS, _WORTH = 4, 1.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
+_ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
 _ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
 
@@ -36,12 +35,12 @@ _ALWAYS = 4  # sets that are fitted however little they promise beside the best:
 def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
     """The constants alone, from the rig file's own. While more is left than honest models leave, their floor does not matter yet."""
     at, seen = search.nominal, search.seen
-    done = finished(seen, (), by_magnitude(seen, descended(seen, at.at)), _FEW_PASSES)
+    done = finished(seen, (), by_magnitude(seen, descended(seen, at.at)), FEW_PASSES)
     for _ in range(_ROUNDS):
         if np.any(beyond(seen, done)):
             break
         done, anew = finished(seen, (), done.at), about(seen.experiments, seen.scales, done.model)
-        again = finished(anew, (), by_magnitude(anew, reweighed(anew, done).at), _FEW_PASSES)
+        again = finished(anew, (), by_magnitude(anew, reweighed(anew, done).at), FEW_PASSES)
         if again.log_z < done.log_z + _WORTH:
             break
         seen, done = anew, again
@@ -63,7 +62,7 @@ def grown(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         search = _decided(widened(search, best), best, tell, 0 if best.suspects else _ALWAYS)
         if search.best.labels == best.labels:
             break
-        search = _about_best(search)
+        search = _about_best(search, best)
     return search
 
 
@@ -77,7 +76,7 @@ def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
             search = _rivals_ended(_decided(widened(search, rest), best, tell, 0), best, rest)
         if search.best.labels == best.labels:
             break
-        search = grown(_about_best(search), tell)
+        search = grown(_about_best(search, best), tell)
     return search
 
 
@@ -112,21 +111,25 @@ def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
             return search
         best = max(unsure, key=lambda one: one[0])[1]
         tell(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
-        search = _ended(search, best, MOST_PASSES)
+        search = _to_floor(search, best)
         done = search.fit_of(best.labels)
         for suspect in done.suspects:
             search = _less(search, done, suspect)
 
 
-def _about_best(search: EvidenceSearch) -> EvidenceSearch:
-    """All sets beside what is integrated out about the best one, the same for all; and that one fitted to its end there, lest constants on
-    their way sell what is left of it to whatever is added next."""
-    best, seen = search.best, about(search.seen.experiments, search.seen.scales, search.best.model)
+def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
+    """The new best set fitted to its end, lest constants on their way sell what is left of it to whatever is added next. Where `before`
+    left more than honest models do, constants were torn away: then all sets are weighed anew beside what is integrated out about the
+    new best one, the same for all, and that one is fitted from the rig file's own constants too."""
+    best = search.best
+    if not np.any(beyond(search.seen, before)):
+        return _to_floor(search, best)
+    seen = about(search.seen.experiments, search.seen.scales, best.model)
     fitted = tuple(reweighed(seen, h) for h in search.fitted)
     search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = search.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(search, there).at))
-    return _ended(search, max(there, afresh, key=lambda one: one.log_z), MOST_PASSES)
+    return _to_floor(search, max(there, afresh, key=lambda one: one.log_z))
 
 
 STAGES: tuple[Stage, ...] = (refitted, screened, grown, exchanged, settled)
@@ -169,7 +172,7 @@ def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
     if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
         return done
-    return finished(search.seen, done.suspects, done.at, _FEW_PASSES)
+    return finished(search.seen, done.suspects, done.at, FEW_PASSES)
 
 
 def _fitted(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> Hypothesis:
@@ -196,8 +199,16 @@ def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypot
     return model, [j[sorted(keep)] for j in start.at.jacobian]
 
 
-def _ended(search: EvidenceSearch, hypothesis: Hypothesis, passes: int = _FEW_PASSES) -> EvidenceSearch:
-    """One set taken to its end, or towards it."""
-    done = finished(search.seen, hypothesis.suspects, hypothesis.at, passes)
-    better = done if done.log_z >= hypothesis.log_z else replace(hypothesis, ended=True)
-    return replace(search, fitted=(*(h for h in search.fitted if h.labels != better.labels), better))
+def _to_floor(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
+    """One set taken to its floor; where more is left than honest models leave, something else acts, and the floor does not matter yet."""
+    passes = FEW_PASSES if np.any(beyond(search.seen, hypothesis)) else MOST_PASSES
+    return _with(search, replace(finished(search.seen, hypothesis.suspects, hypothesis.at, passes), ended=True))
+
+
+def _ended(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
+    """One set taken towards it."""
+    return _with(search, finished(search.seen, hypothesis.suspects, hypothesis.at, FEW_PASSES))
+
+
+def _with(search: EvidenceSearch, fitted: Hypothesis) -> EvidenceSearch:
+    return replace(search, fitted=(*(h for h in search.fitted if h.labels != fitted.labels), fitted))
