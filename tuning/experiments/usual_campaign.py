@@ -9,7 +9,8 @@ from __future__ import annotations
 from config.errors import ConfigError
 from config.schema.rig import Rig
 from tuning.experiments.experiments import Campaign, What, default_places
-from tuning.linear.linear_axis import is_hydraulic_axis, linear_axis
+from tuning.linear.hydraulic_axis import is_hydraulic_axis
+from tuning.linear.linear_axis import linear_axis
 from tuning.linear.pace import pace_of
 from tuning.variants import ROTARY
 

@@ -13,7 +13,7 @@ from config.progress import Progress
 from config.schema.rig import LinkMode, Rig
 from recording.files.reader import Log, open_rig, read_log
 from tuning.experiments.excited_run import ExcitedRun, excited_runs
-from tuning.linear.linear_axis import is_hydraulic_axis
+from tuning.linear.hydraulic_axis import is_hydraulic_axis
 from tuning.link_and_payload.free_vibration import FreeVibration, free_vibrations
 from tuning.link_and_payload.link_map import LinkMap, link_map
 from tuning.link_and_payload.payload import PayloadEstimate, clamped_Hz, disagreement, identify_payload

@@ -18,6 +18,7 @@ from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, C, D, J, Vector
 from sim_backend.memory.work import W_STRIDE, WORK, W
 from sim_backend.plant import SimulatedRig
 from tuning.arrays import Floats
+from tuning.linear.hydraulic_axis import is_hydraulic_axis
 from tuning.linear.linear_arm import LinearArm, jacobians
 
 NO_LAG_S = 1e-5
@@ -25,13 +26,6 @@ JOINT_STATES = (D.POSITION, D.VELOCITY, D.SPOOL, D.SPOOL_RATE, D.PRESSURE_A, D.P
 _BALANCED = (D.VELOCITY, D.PRESSURE_A, D.PRESSURE_B)
 _SCALES = {D.VELOCITY: 1.0, D.PRESSURE_A: 1e6, D.PRESSURE_B: 1e6, D.BRISTLE: 1e-4}
 _NEAR = 1e-6  # of the pressures' and the velocity's rates at full opening
-
-
-def is_hydraulic_axis(rig: Rig) -> bool:
-    """A single axis with a valve in its plant."""
-    if rig.arm.kind != "single_axis" or rig.plant is None:
-        return False
-    return all(getattr(joint, "valve", None) is not None for joint in rig.plant.joints.values())
 
 
 def linear_axis(

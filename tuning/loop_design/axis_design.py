@@ -19,8 +19,9 @@ from config.schema.rig import Rig
 from tuning.arrays import Complexes, Floats
 from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
+from tuning.linear.hydraulic_axis import is_hydraulic_axis
 from tuning.linear.linear_arm import LinearArm
-from tuning.linear.linear_axis import is_hydraulic_axis, linear_axis
+from tuning.linear.linear_axis import linear_axis
 from tuning.linear.pace import pace_of
 from tuning.loop_design.lag_lead_design import Demands, DesignProblem, at_pace
 from tuning.loop_design.rotary_joint import DesignedJoint

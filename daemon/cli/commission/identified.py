@@ -18,7 +18,7 @@ from tuning.identification.axis_believed import believed_axis
 from tuning.identification.identification import Identification, Response, identify
 from tuning.identification.identify_plots import summary
 from tuning.identification.record_file import write_record, write_results
-from tuning.linear.linear_axis import is_hydraulic_axis
+from tuning.linear.hydraulic_axis import is_hydraulic_axis
 from tuning.loop_design.measured_plant import MeasuredPlant, measured_plants
 
 IDENTIFICATION = "identification"
