@@ -79,8 +79,7 @@ def _of_magnitudes(seen: Seen, point: Point, number: int) -> list[Point]:
     for at in np.clip(_MAGNITUDES, prior.low[number], prior.high[number]):
         phi = phi_of(point.model)
         phi[number] = at
-        model = point.model.with_theta(theta_of(point.model, phi))
-        found.append(replace(point, model=model, readings=seen.readings(model)))
+        found.append(_moved(seen, point, phi))
     return found
 
 
@@ -120,32 +119,33 @@ def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]
     found, gained = None, 0.0
     for damping in _DAMPINGS:
         step = bounded(at.precision + damping * np.diag(prior.precision), at.slope, prior.low - phi, prior.high - phi)
-        tried = _moved(seen, point, np.clip(phi + step, prior.low, prior.high))
+        there = np.clip(phi + step, prior.low, prior.high)
+        tried = _moved(seen, point, there)
         gain = prior.log_density(phi_of(tried.model)) - 0.5 * _quadratic(seen, tried, tried.readings) - before
         if np.isfinite(gain) and gain > gained:
-            found, gained = tried, gain
+            found, gained = (tried, there - phi), gain
         elif found is not None:
             break
-    return found, gained
+    return (None if found is None else _followed(seen, point, *found)), gained
 
 
 def _moved(seen: Seen, point: Point, phi: Array) -> Point:
-    """The point with other numbers, its sensitivities by Broyden's update."""
+    """The point with other numbers, its sensitivities as they were."""
     model = point.model.with_theta(theta_of(point.model, phi))
-    readings = seen.readings(model)
-    return replace(point, model=model, readings=readings, jacobian=_followed(seen, point, readings, phi - phi_of(point.model)))
+    return replace(point, model=model, readings=seen.readings(model))
 
 
-def _followed(seen: Seen, point: Point, readings: Sequence[Array], step: Array) -> tuple[Array, ...]:
-    """Broyden's update: the sensitivities that would have predicted this step, and else changed least."""
+def _followed(seen: Seen, point: Point, further: Point, step: Array) -> Point:
+    """`further`, a step from the point, with Broyden's update: the sensitivities that would have predicted the step, and else changed
+    least."""
     length = float(step @ step)
     if length == 0.0:
-        return point.jacobian
+        return further
     found = []
-    for jacobian, old, new in zip(point.jacobian, seen.left(point.readings), seen.left(readings), strict=True):
+    for jacobian, old, new in zip(point.jacobian, seen.left(point.readings), seen.left(further.readings), strict=True):
         missed = old - new - np.tensordot(step, jacobian, 1)
         found.append(jacobian + step[:, None, None, None] * (missed / length))
-    return tuple(found)
+    return replace(further, jacobian=tuple(found))
 
 
 def bounded(precision: Array, slope: Array, low: Array, high: Array) -> Array:

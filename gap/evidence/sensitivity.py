@@ -20,11 +20,11 @@ from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.score.coordinates import along, phi_of, slopes
 from gap.evidence.score.hypothesis import Point, Seen, posterior
 from gap.evidence.score.prior import prior_of
+from gap.fitting.fit import INVISIBLE
 
 _REACH = 3.0  # posterior standard deviations of a move: at 1, events make the posterior narrower at every renewal
 _WIDEST = 1.0  # prior standard deviations of it at most
 _NARROWEST = 1e-3  # of a number at the end of its range
-_INVISIBLE = 0.05  # squared length in noise of what one prior standard deviation changes, below which a sensitivity is not renewed
 
 Numbers = NDArray[np.int64]
 
@@ -58,4 +58,4 @@ def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Arra
 
 def _shown(point: Point) -> NDArray[np.bool_]:
     energy = sum(np.sum(j**2, axis=(1, 2, 3)) for j in point.jacobian)
-    return np.array([not f.prior or energy[k] > _INVISIBLE for k, f in enumerate(point.model.free)])
+    return np.array([not f.prior or energy[k] > INVISIBLE for k, f in enumerate(point.model.free)])
