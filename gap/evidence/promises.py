@@ -1,7 +1,7 @@
 """What every set and one suspect more promises: beside the fitted constants and beside the rig file's own, the best along straight lines.
 
 Where a missing effect has torn the constants away, straight lines from there lead nowhere; where the rig file's own are far off, those from
-there do. So each set waits with a promise from both.
+there do. So while the base leaves more than honest models leave, each set waits with a promise from both; else from the first alone.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from gap.signatures.candidates import candidates
 
 @dataclass(frozen=True, slots=True)
 class Open:
-    """A set that is not fitted from one of its two starts: `lines`, `base` and one more as straight lines tell. None where they were not
+    """A set that is not fitted from one of its starts: `lines`, `base` and one more as straight lines tell. None where they were not
     followed: then the promise beside the old discrepancy stands for them. `alone`: ln Z of the start without the suspect, beside the
     promise and along the lines: only what is more is the suspect's. `level`: ln Z to which one descent from this start leads without it."""
 
