@@ -10,9 +10,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from config.errors import ConfigError, DaemonError, DriverError, LogError, LongreachError, ManeuverError
+from config.errors import DaemonError, DriverError, LogError, LongreachError
 
 _TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls) [^`]*)`")
+_LINE_OF_A_FILE = re.compile(r"\.ya?ml:\d+")
+_MEANT = re.compile(r"'([^']*)'[^:]*: nearest is '([^']*)'")
 
 
 def program() -> str:
@@ -31,7 +33,7 @@ def report(error: LongreachError, command: str, words: Sequence[str], *, as_json
 
 
 def next_command(error: LongreachError, command: str, words: Sequence[str]) -> str:
-    """What the refusal names; else, by its kind, the command that shows more, or the same again once it is put right."""
+    """What the refusal names; else, by its kind, the command that shows more. The same again only once the file it names is mended."""
     named = _TYPED.search(error.refusal.next_step)
     if named:
         typed = named[1]
@@ -39,8 +41,10 @@ def next_command(error: LongreachError, command: str, words: Sequence[str]) -> s
         typed = "longreach why"
     elif isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
         typed = f"longreach log check {shlex.quote(error.refusal.where)}"
-    elif isinstance(error, (ConfigError, ManeuverError)):
+    elif _LINE_OF_A_FILE.search(error.refusal.where):
         typed = shlex.join(["longreach", *words])
+    elif (meant := _MEANT.search(error.refusal.what)) and meant[1] in words:
+        typed = shlex.join(["longreach", *(meant[2] if word == meant[1] else word for word in words)])
     else:
         typed = f"longreach {command} --help"
     return re.sub(r"^longreach\b", program(), typed)

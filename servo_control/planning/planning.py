@@ -130,7 +130,9 @@ def _start(rig: Rig, maneuver: Maneuver, joints: tuple[JointLimits, ...], reques
     if isinstance(maneuver, StraightLine):
         names = [joint.name for joint in joints]
         if names != ["rotary", "prismatic"]:
-            raise ManeuverError("a straight line needs the joints rotary, prismatic", value=", ".join(names), where=maneuver.name)
+            advice = "Take a maneuver of single joints."
+            what = "a straight line needs the joints rotary, prismatic"
+            raise ManeuverError(what, value=", ".join(names), where=maneuver.name, next_step=advice)
         return inverse(maneuver.x_start_m, maneuver.y0_m, rig.arm.hub_offset_m)
     assert isinstance(maneuver, JointManeuver)
     given = {joint_index(joints, name, maneuver.name): (name, value) for name, value in maneuver.start.items()}

@@ -30,7 +30,7 @@ def usual_campaign(rig: Rig, what: What) -> Campaign:
             "the runs are made for a rotary_prismatic arm, or one hydraulic axis with its plant",
             value=rig.arm.kind,
             where=rig.name,
-            next_step="Record a sine_sweep or multisine with `longreach start`, then `longreach identify --log LOG`.",
+            next_step="Record a sine sweep or multisine of your own, then take its log: `longreach identify --log LOG.mcap`.",
         )
     if what in ("map", "payload"):
         advice = "Take --what multisine."

@@ -89,9 +89,12 @@ def recommend(
     candidates = []
     for kind in ("none", *(each for each in KINDS if each != "none")):
         progress(f"predicting {kind}")
-        candidates.append(_candidate(rig, maneuvers, {**shaper, "kind": kind}, errors, coupled and can_be_coupled(rig)))
-    if candidates[0].refused:
-        raise ManeuverError("the maneuver is not possible", value=candidates[0].refused)
+        try:
+            candidates.append(_candidate(rig, maneuvers, {**shaper, "kind": kind}, errors, coupled and can_be_coupled(rig)))
+        except ManeuverError as error:
+            if kind == "none":
+                raise
+            candidates.append(ShaperCandidate(kind, None, refused=str(error)))
     chosen, why = _choose(candidates, allowed_mps2)
     return Recommendation(tuple(candidates), allowed_mps2, chosen, why)
 
@@ -100,11 +103,8 @@ def _candidate(
     rig: Rig, maneuvers: Sequence[dict[str, Any]], shaper: dict[str, Any], errors: tuple[float, ...], coupled: bool
 ) -> ShaperCandidate:
     kind = str(shaper["kind"])
-    try:
-        plans = [_plan(rig, maneuver, shaper) for maneuver in maneuvers]
-        ideal = _residual([predicted(rig, plan, errors) for plan in plans])
-    except ManeuverError as error:
-        return ShaperCandidate(kind, None, refused=str(error))
+    plans = [_plan(rig, maneuver, shaper) for maneuver in maneuvers]
+    ideal = _residual([predicted(rig, plan, errors) for plan in plans])
     tip = max((plan.tip for plan in plans if plan.tip is not None), key=lambda each: each.speed_mps, default=None)
     few = tuple(dict.fromkeys((errors[0], errors[len(errors) // 2], errors[-1])))
     whole = _residual([predicted_coupled(rig, plan, few) for plan in plans]) if coupled else None

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import EXIT_REFUSED
+from config.errors import EXIT_REFUSED, DaemonError, ManeuverError
 from daemon.cli.connection import add_json_option
 from daemon.cli.shown.shown_units import stated_refusals
 
@@ -43,13 +43,16 @@ def requests(parameters: list[str]) -> dict[str, dict[str, Any]]:
 
 def _demo(arguments: argparse.Namespace) -> int:
     from config.loading.load import load_rig
+    from config.loading.stand_in import with_simulated_devices
     from daemon.cli.demo.demo_report import make_report
     from daemon.cli.demo.demo_runs import DemoRuns
     from daemon.cli.demo.demo_screen import DemoScreen, first_screen, last_screen
 
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    rig = load_rig(arguments.rig)
+    rig = with_simulated_devices(load_rig(arguments.rig)) if arguments.lockstep else load_rig(arguments.rig)
     runs = requests(arguments.set)
+    with stated_refusals(rig.text, si=arguments.json):
+        _refuse_impossible(rig.rig, runs, own_maneuver=bool(arguments.set))
+    arguments.out.mkdir(parents=True, exist_ok=True)
     with DemoScreen(rig, quiet=arguments.json) as screen:
         screen.say(first_screen(rig.rig, list(runs), arguments.out))
         done = DemoRuns(rig, arguments.out, screen, _why_lockstep(arguments, rig.rig, screen.say))
@@ -59,6 +62,27 @@ def _demo(arguments: argparse.Namespace) -> int:
         report = make_report(done, arguments.out)
     print(json.dumps(report.as_dict())) if arguments.json else last_screen(report)
     return 0 if report.all_identical else EXIT_REFUSED
+
+
+def _refuse_impossible(rig: Rig, runs: Mapping[str, Mapping[str, Any]], own_maneuver: bool) -> None:
+    """What this rig cannot run is told before the machine is measured and a daemon started."""
+    from daemon.server.start_request import start_run
+
+    middle = [0.5 * sum(joint.travel) for joint in rig.joints.values()]
+    try:
+        for request in runs.values():
+            start_run(rig, 1, request, middle)
+    except (ManeuverError, DaemonError) as error:
+        parts = error.refusal
+        ends = "`longreach demo --help` shows what can be changed." if own_maneuver else "`longreach demo` runs on the shipped testbed."
+        raise ManeuverError(
+            parts.what,
+            value=parts.value,
+            limit=parts.limit,
+            unit=parts.unit,
+            where=parts.where,
+            next_step=f"{parts.next_step} {ends}".strip(),
+        ) from error
 
 
 def _why_lockstep(arguments: argparse.Namespace, rig: Rig, say: Callable[[str], None]) -> str:

@@ -11,6 +11,7 @@ from config.loading.load import LoadedRig
 from config.loading.stated_units import conversions, stated_units
 from config.schema.rig import Rig
 from daemon.cli.demo.demo_report import DemoReport
+from daemon.cli.demo.demo_runs import is_simulated
 from daemon.cli.operate.status_commands import status_view
 from daemon.cli.refusal import program
 from daemon.cli.shown.rich_console import console
@@ -19,14 +20,18 @@ from daemon.cli.shown.terminal import LiveScreen
 
 def first_screen(rig: Rig, filters: Sequence[str], out: Path) -> str:
     """What will happen and how long it takes."""
+    simulated = is_simulated(rig)
+    moves = (
+        "No hardware moves. Ctrl-C ends it." if simulated else "The hardware of this rig MOVES. Ctrl-C ends it; keep the e-stop at hand."
+    )
     return (
-        f"The paper's straight line on the simulated {rig.name}, {len(filters)} times: {', '.join(filters)}.\n"
+        f"The paper's straight line on {'the simulated ' if simulated else ''}{rig.name}, {len(filters)} times: {', '.join(filters)}.\n"
         f"  what for       {filters[0]}, the link swings on after each move; the command filters of the other runs prevent it\n"
         "  what happens   the arm is armed, announces its motion, moves 30 in right, 60 in left, 30 in back, and is disarmed\n"
         "  how long       a minute and a half on the wall clock, less than a minute in lockstep (simulated time);\n"
         "                 the first run on a computer compiles the simulation first: up to a minute more\n"
         f"  what you get   a table of how much the tip still shakes after each move; logs and a plot in {out}/\n"
-        "No hardware moves. Ctrl-C ends it."
+        f"{moves}"
     )
 
 

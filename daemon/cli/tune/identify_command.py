@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +82,8 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
     if arguments.on_rig:
         needed = must_ring(loaded.rig, arguments.what)
         if needed:
-            advice = f"Stop longreachd, set {' and '.join(needed)} in {loaded.path}, start it, identify, and set them back."
+            advice = f"Stop longreachd, set {' and '.join(needed)} in the rig file, start it again, identify, and set them back."
+            advice += f" `longreachd {shlex.quote(loaded.path)}`"
             raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
         with connect(arguments) as client:
             return on_daemon(client, wanted, progress)
@@ -91,6 +93,7 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
 def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
     from dataclasses import replace
 
+    from config.parsing.nearest import nearest_text
     from tuning.experiments.usual_campaign import usual_campaign
 
     if arguments.on_rig and (arguments.temperatures or arguments.payloads):
@@ -99,7 +102,8 @@ def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
     usual = usual_campaign(loaded.rig, arguments.what)
     joint = arguments.joint or usual.joint
     if joint not in loaded.rig.joints:
-        raise ConfigError("unknown joint", value=joint, limit=", ".join(loaded.rig.joints), where="--joint")
+        what = f"unknown joint {joint!r}{nearest_text(joint, loaded.rig.joints)}"
+        raise ConfigError(what, limit=", ".join(loaded.rig.joints), where="--joint")
     if loaded.rig.arm.kind == "single_axis" and (arguments.extensions or arguments.payloads):
         raise ConfigError("a single axis has no link", where=loaded.path, next_step="Leave --extensions and --payloads out.")
     low, high = _list(arguments.band, "Hz", "--band", 2) if arguments.band else usual.band_Hz
@@ -124,5 +128,5 @@ def _list(text: str | None, unit: str, option: str, count: int | None = None) ->
     except ConfigError as error:
         raise ConfigError(f"{option} is a list of quantities in {unit}", value=text, where=option, next_step=str(error)) from error
     if count is not None and len(values) != count:
-        raise ConfigError(f"{option} needs {count} values", value=text, where=option)
+        raise ConfigError("wrong number of values", value=len(values), limit=count, where=f"{option} {text}")
     return values

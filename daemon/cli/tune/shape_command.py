@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from config.errors import ConfigError
 from daemon.cli.connection import add_json_option
 from daemon.cli.operate.motion_commands import maneuver_text
 from daemon.cli.shaper_option import shaper_request
 from daemon.cli.shown.progress import progress_lines
-from daemon.cli.shown.shown_units import add_si_option, sentences_for
+from daemon.cli.shown.shown_units import add_si_option, sentences_for, stated_refusals
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -45,12 +47,14 @@ def _shape(arguments: argparse.Namespace) -> int:
     from tuning.shaper_choice.shape_recommendation import recommend
 
     loaded = _loaded(arguments)
+    _refuse_without_link(loaded, arguments.rig)
     rig, sentences = loaded.rig, sentences_for(loaded.text, arguments.si)
     shaper = shaper_request(argparse.Namespace(**{**vars(arguments), "shaper": "none", "delay": None}), list(rig.joints))
     maneuvers = [requested_maneuver(maneuver_text(name), arguments.set)[0] for name in arguments.maneuver or ["paper_line"]]
     errors = tuple(arguments.error / 100.0 * share for share in (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0))
     allowed_mps2 = to_si(arguments.allowed, "m/s^2")
-    found = recommend(rig, maneuvers, shaper, allowed_mps2, errors, not arguments.ideal, progress_lines(arguments.json))
+    with stated_refusals(loaded.text, arguments.si or arguments.json):
+        found = recommend(rig, maneuvers, shaper, allowed_mps2, errors, not arguments.ideal, progress_lines(arguments.json))
     if arguments.output:
         shape_plot(found, arguments.output)
     if arguments.json:
@@ -58,6 +62,12 @@ def _shape(arguments: argparse.Namespace) -> int:
     else:
         _show(found, arguments, sentences)
     return 0
+
+
+def _refuse_without_link(loaded: LoadedRig, named: str) -> None:
+    if loaded.rig.link_mode is None:
+        advice = f"A link that does not swing needs no filter; for one that does, add link_mode. `longreach check {shlex.quote(named)}`"
+        raise ConfigError("the rig file has no link_mode: no vibration to filter", where=loaded.path, next_step=f"{advice} shows the rig.")
 
 
 def _show(found: Recommendation, arguments: argparse.Namespace, sentences: StatedSentences) -> None:

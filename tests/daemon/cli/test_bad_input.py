@@ -80,6 +80,33 @@ def test_maneuver_outside_the_workspace_moves_nothing(tmp_path: Path, capsys: py
     assert "below the limit 12 in" in said
 
 
+@pytest.mark.parametrize(
+    ("words", "said", "typed"),
+    [
+        (["demo", "--rig", "force_axis"], "a straight line needs the joints rotary, prismatic: axis", "longreach demo"),
+        (["demo", "--set", "y0=10 in"], "Choose y0 ≥ 12 in", "longreach demo --help"),
+        (["demo", "--set", "y0"], "a parameter is written KEY=VALUE", "longreach demo --help"),
+        (["demo", "--rig", "ornl_testbe"], "nearest is 'ornl_testbed'", "longreach demo --rig ornl_testbed"),
+        (["shape", "force_axis"], "no link_mode", "longreach check force_axis"),
+        (["shape", "--set", "y0=10 in"], "extension 10 in at t = 0.00 s is below the limit 12 in", "longreach shape --help"),
+        (["shape", "--allowed", "3x"], "unknown unit: '3x'", "longreach shape --help"),
+        (["identify", "--joint", "rotar"], "nearest is 'rotary'", "longreach identify --joint rotary"),
+        (["identify", "--on-rig", "--payloads", "0 lb"], "Leave --temperatures and --payloads out", "longreach identify --help"),
+        (["identify", "force_axis"], "one hydraulic axis", "longreach identify --log LOG.mcap"),
+    ],
+)
+def test_the_next_command_is_never_the_refused_one(
+    words: list[str], said: str, typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 1
+    told = capsys.readouterr()
+    assert said in told.err
+    assert told.err.splitlines()[-1] == f"next: {typed}"
+    assert "measuring" not in told.out
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_truncated_log_is_read_named_and_repaired(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     cut = tmp_path / "cut.mcap"
     whole = log.read_bytes()
