@@ -17,6 +17,7 @@ from daemon.cli.operate.motion_commands import wait_for
 from daemon.server.protocol import Client
 
 _START_LIMIT_S = 90.0  # the first start on a machine compiles the simulation kernel
+_END_LIMIT_S = 20.0
 
 Show = Callable[[dict[str, Any]], None]
 
@@ -78,8 +79,19 @@ def _daemon(rig: Path, out: Path) -> Iterator[Client]:
             with _wait_for_socket(socket, process, journal) as client:
                 yield client
         finally:
-            process.terminate()
-            process.wait(timeout=20)
+            end(process, _END_LIMIT_S)
+
+
+def end(process: subprocess.Popen[bytes], limit_s: float) -> None:
+    """Stop the daemon; one that a busy machine keeps from ending is killed, and its children end with it. DaemonError then."""
+    process.terminate()
+    try:
+        process.wait(limit_s)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+        advice = "Look for other work on this computer: `longreach host`."
+        raise DaemonError("the daemon did not end in time", limit=f"{limit_s:g}", unit="s", next_step=advice) from None
 
 
 def _wait_for_socket(socket: Path, process: subprocess.Popen[bytes], journal: Path) -> Client:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +14,7 @@ import pytest
 
 from config.errors import DaemonError, ManeuverError
 from config.loading.load import load_rig
-from daemon.cli.demo import demo_runs
+from daemon.cli.demo import demo_runs, demo_session
 from daemon.cli.demo.demo_runs import DemoRuns
 from daemon.cli.main import main
 from daemon.host import wake_ups
@@ -71,6 +74,16 @@ def test_a_spoiled_run_and_the_rest_are_made_in_lockstep(tmp_path: Path, monkeyp
     assert "20 overruns" in runs.spoiled["jog"]
     assert any("20 overruns" in line for line in said.lines)
     assert all(read_log(log).complete for log in runs.logs.values())
+
+
+def test_a_daemon_that_does_not_end_is_killed_and_told() -> None:
+    deaf = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('deaf', flush=True); time.sleep(600)"
+    with subprocess.Popen([sys.executable, "-c", deaf], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"deaf\n"
+        with pytest.raises(DaemonError, match="did not end in time"):
+            demo_session.end(process, 0.01)
+        assert process.poll() == -signal.SIGKILL
 
 
 def test_a_rig_with_hardware_is_never_made_up_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
