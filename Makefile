@@ -79,10 +79,10 @@ docs: venv
 
 # FROM_VENV=.venv takes the libraries from there instead of the package index.
 install:
-	systemd/install.sh --destdir "$(DESTDIR)" --prefix "$(PREFIX)" --python "$(SERVICE_PYTHON)" --from-venv "$(FROM_VENV)"
+	daemon/systemd/install.sh --destdir "$(DESTDIR)" --prefix "$(PREFIX)" --python "$(SERVICE_PYTHON)" --from-venv "$(FROM_VENV)"
 
 uninstall:
-	systemd/uninstall.sh --destdir "$(DESTDIR)" --prefix "$(PREFIX)"
+	daemon/systemd/uninstall.sh --destdir "$(DESTDIR)" --prefix "$(PREFIX)"
 
 clean:
 	rm -rf .venv demo build *.egg-info

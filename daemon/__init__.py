@@ -10,6 +10,7 @@ Imports every other folder; nothing imports it. Rooms, each importing only from 
 - server: the socket's protocol and what each request does
 - host: this computer: its facts, the real time it grants, which rates it keeps, and why no higher ones
 - processes: supervisor, control, I/O and recorder process, and how they are started and watched
+- systemd: the service: its units, and what puts them on a machine
 - faults: the fault matrix: every fault put into a bench, and what the daemon did
 - reports: pages made of a log when a run is over: what it did, what led to a fault
 - live: views of what happens, each a process of its own: web page, terminal, Foxglove

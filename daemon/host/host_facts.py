@@ -12,6 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 COMMIT_OF_INSTALLATION = Path(__file__).parents[1] / "commit.txt"
+CHECKOUT = Path(__file__).parents[2]
 
 
 @cache
@@ -40,10 +41,12 @@ def user_and_host() -> str:
 
 
 def _commit() -> str:
-    """The commit of this checkout, with + when files differ from it, or what systemd/install.sh wrote down of its own; else "unknown"."""
+    """The commit of this checkout, with + when files differ from it, or what was written down when a wheel was built; else "unknown"."""
     if COMMIT_OF_INSTALLATION.exists():
         return _text(str(COMMIT_OF_INSTALLATION))
-    command = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*"]
+    if not (CHECKOUT / "pyproject.toml").exists():  # an environment in somebody else's checkout
+        return "unknown"
+    command = ["git", "-C", str(CHECKOUT), "describe", "--always", "--abbrev=12", "--dirty=+", "--exclude=*"]
     try:
         found = subprocess.run(command, capture_output=True, text=True, timeout=5, check=False)
     except (OSError, subprocess.TimeoutExpired):

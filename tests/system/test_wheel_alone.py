@@ -41,7 +41,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The interpreter of such an environment; libraries are copied from this one, as `systemd/install.sh --from-venv` does."""
+    """The interpreter of such an environment; libraries are copied from this one, as `daemon/systemd/install.sh --from-venv` does."""
     folder = tmp_path_factory.mktemp("alone")
     archive, source, environment = folder / "source.tar", folder / "source", folder / "environment"
     tracked = subprocess.run(["git", "ls-files", "-z"], cwd=CHECKOUT, capture_output=True, check=True).stdout
@@ -53,7 +53,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)
     python = environment / "bin" / "python"
     ours, theirs = (_purelib(each) for each in (sys.executable, str(python)))
-    listed = subprocess.run([sys.executable, str(CHECKOUT / "systemd" / "runtime_files.py")], capture_output=True, check=True).stdout
+    listed = subprocess.run([sys.executable, str(CHECKOUT / "daemon" / "systemd" / "runtime_files.py")], capture_output=True, check=True).stdout
     (folder / "files").write_bytes(listed)
     subprocess.run(["bash", "-c", f"tar -C {ours} -T {folder}/files -cf - | tar -C {theirs} -xf -"], check=True)
     (wheel,) = folder.glob("longreach-*.whl")

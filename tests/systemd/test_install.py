@@ -20,7 +20,7 @@ SYSTEM_PYTHON = "/usr/bin/python3"
 
 def script(name: str, *options: str, path: Path | None = None) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PATH": f"{path}:{os.environ['PATH']}" if path else os.environ["PATH"]}
-    command = [str(CHECKOUT / "systemd" / name), *options]
+    command = [str(CHECKOUT / "daemon/systemd" / name), *options]
     return subprocess.run(command, capture_output=True, text=True, timeout=200, check=False, env=environment)
 
 
@@ -94,7 +94,7 @@ def test_the_lock_names_every_dependency() -> None:
 
 
 def test_the_can_interface_has_the_bit_rate_of_the_shipped_rig() -> None:
-    network = (CHECKOUT / "systemd/network/10-can0.network").read_text()
+    network = (CHECKOUT / "daemon/systemd/network/10-can0.network").read_text()
     rig = load_rig("ornl_testbed_can").rig
     buses = [device.options["bus"] for device in rig.devices.values() if "bus" in device.options]
     assert {(bus["channel"], bus["bitrate"]) for bus in buses} == {("can0", "1 Mbit/s")}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[2] / "systemd"
+FOLDER = Path(__file__).resolve().parents[2] / "daemon" / "systemd"
 DAEMON, REPORTS = FOLDER / "longreachd.service", FOLDER / "longreach-reports.service"
 EXPOSURE = {DAEMON: 25, REPORTS: 6}  # in tenths; systemd-analyze exits with 1 above it
 

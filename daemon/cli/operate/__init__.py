@@ -1,1 +1,1 @@
-"""Commands that operate a rig: check, status, why, arm, disarm, reset, start, stop, estop, prove, twin."""
+"""Commands that operate a rig: check, status, why, arm, disarm, reset, start, stop, estop, prove, service, twin."""

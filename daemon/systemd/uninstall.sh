@@ -13,7 +13,7 @@ while [ $# -gt 0 ]; do
   shift 2
 done
 
-check_root "uninstalling removes $prefix and files in /etc" "Run \`sudo make uninstall\`."
+check_root "uninstalling removes $prefix and files in /etc" "$(with_root uninstall)"
 check_prefix
 check_stopped
 if [ -z "$destdir" ] && systemd_runs; then systemctl --quiet disable longreachd longreach-reports 2>/dev/null || true; fi

@@ -10,6 +10,8 @@ network=/etc/systemd/network/10-can0.network
 link=/etc/systemd/network/10-can0.link
 rig=/etc/longreach/rig.yaml
 command=/usr/local/bin/longreach
+checkout=$(cd "$here/../.." && pwd)
+[ -f "$checkout/pyproject.toml" ] || checkout="" # then it is an installed wheel
 
 refuse() {
   echo "longreach: $1 $2" >&2
@@ -22,6 +24,16 @@ staging() {
 }
 
 systemd_runs() { [ -d /run/systemd/system ]; }
+
+# What to type instead; sudo does not look into a virtual environment.
+with_root() {
+  if [ -n "$checkout" ]; then
+    echo "Run \`sudo make $1\`, or without root below a directory: make $1 DESTDIR=DIR."
+  else
+    local own=${from_venv:+$from_venv/bin/}longreach
+    echo "Run \`sudo $own service $1\`, or without root below a directory: $own service $1 --destdir DIR."
+  fi
+}
 
 check_root() {
   [ -n "$destdir" ] || [ "$(id -u)" = 0 ] || refuse "$1; you are $(id -un), not root." "$2"

@@ -1,10 +1,12 @@
 """Lists the files of everything longreach needs to run, as installed in the environment of the Python that runs this.
 
-Relative to site-packages, one a line, for tar -T. Test and development tools are left out, and so is longreach itself.
+Relative to site-packages, one a line, for tar -T. Test and development tools are left out, and so is longreach itself unless `--whole`
+asks for it: where a wheel was installed there is nothing else to take it from.
 """
 
 from __future__ import annotations
 
+import sys
 from importlib.metadata import Distribution, distribution
 
 from packaging.requirements import Requirement
@@ -24,7 +26,7 @@ def closure(name: str, extras: frozenset[str], found: dict[str, Distribution]) -
 
 
 def main() -> None:
-    found: dict[str, Distribution] = {}
+    found = {"longreach": distribution("longreach")} if "--whole" in sys.argv[1:] else {}
     closure("longreach", frozenset(), found)
     for each in found.values():
         for file in each.files or ():

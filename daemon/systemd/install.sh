@@ -13,7 +13,8 @@ usage: install.sh [--destdir DIR] [--prefix /opt/longreach] [--python /usr/bin/p
   --destdir DIR    stage everything below DIR; nothing outside it is touched, and root is not needed
   --prefix DIR     where the program lives (default /opt/longreach)
   --python FILE    the interpreter it will run with, 3.11 or newer (default /usr/bin/python3)
-  --from-venv DIR  take the libraries from this environment (for example .venv) instead of the package index
+  --from-venv DIR  take the libraries from this environment (for example .venv) instead of the package index; of an installed wheel
+                   the program too, from the environment that it is in
 TEXT
 }
 
@@ -50,6 +51,7 @@ check_python() {
 }
 
 check_venv() {
+  [ -n "$from_venv$checkout" ] || refuse "this copy was installed from a wheel." "Run the command beside it: longreach service install"
   [ -n "$from_venv" ] || return 0
   [ -x "$from_venv/bin/python" ] || refuse "$from_venv is no virtual environment." "Make one with \`make venv\`, or leave --from-venv away."
   local theirs ours version='import sysconfig; print(sysconfig.get_python_version())'
@@ -63,17 +65,27 @@ build_environment() {
   work=$(mktemp -d)
   trap "rm -rf '$work' '$new'" EXIT
   rm -rf "$new"
-  mkdir -p "$(dirname "$new")" "$work/source"
-  tar -C "$here/.." --exclude=./.venv --exclude=./.git --exclude=./build --exclude='*.egg-info' --exclude=__pycache__ -cf - . |
-    tar -C "$work/source" -xf -
-  # The installed copy has no history to ask; every log names the commit.
-  git -C "$here" describe --always --abbrev=12 --dirty=+ --exclude='*' >"$work/source/daemon/commit.txt" 2>/dev/null ||
-    rm -f "$work/source/daemon/commit.txt"
-  if [ -n "$from_venv" ]; then copy_libraries "$new" "$work"; else fetch_libraries "$new" "$work"; fi
+  mkdir -p "$(dirname "$new")"
+  if [ -z "$checkout" ]; then
+    copy_installed "$new" "$work" --whole
+    "$new/bin/python" "$here/console_scripts.py"
+  else
+    copy_source "$work/source"
+    if [ -n "$from_venv" ]; then copy_libraries "$new" "$work"; else fetch_libraries "$new" "$work"; fi
+  fi
   "$new/bin/python" -m compileall -q -j 0 "$new/lib" >/dev/null || true # test files of libraries may be for other Pythons
   say_final_place "$new"
   rm -rf "$destdir$prefix"
   mv "$new" "$destdir$prefix"
+}
+
+copy_source() {
+  mkdir -p "$1"
+  tar -C "$checkout" --exclude=./.venv --exclude=./.git --exclude=./build --exclude='*.egg-info' --exclude=__pycache__ -cf - . |
+    tar -C "$1" -xf -
+  # The installed copy has no history to ask; every log names the commit.
+  git -C "$checkout" describe --always --abbrev=12 --dirty=+ --exclude='*' >"$1/daemon/commit.txt" 2>/dev/null ||
+    rm -f "$1/daemon/commit.txt"
 }
 
 # The lock is a constraint here and not a list: it also names the development tools.
@@ -82,12 +94,16 @@ fetch_libraries() {
   "$1/bin/pip" install --quiet --disable-pip-version-check --constraint "$2/source/requirements.lock" "$2/source"
 }
 
-copy_libraries() {
+copy_installed() {
   "$python" -m venv --without-pip "$1"
   local theirs ours place='import sysconfig; print(sysconfig.get_path("purelib"))'
   theirs=$("$from_venv/bin/python" -c "$place") ours=$("$1/bin/python" -c "$place")
-  "$from_venv/bin/python" "$here/runtime_files.py" >"$2/files"
+  "$from_venv/bin/python" "$here/runtime_files.py" "${@:3}" >"$2/files"
   tar -C "$theirs" -T "$2/files" -cf - | tar -C "$ours" --no-same-owner -xf -
+}
+
+copy_libraries() {
+  copy_installed "$1" "$2"
   local pip=("$from_venv/bin/python" -m pip --disable-pip-version-check)
   "${pip[@]}" wheel --quiet --no-deps --no-build-isolation --wheel-dir "$2" "$2/source"
   "${pip[@]}" --python "$1/bin/python" install --quiet --no-deps --no-index "$2"/longreach-*.whl
@@ -117,7 +133,7 @@ install_files() {
   install_file udev/70-longreach.rules "$udev"
   keep_or_install network/10-can0.network "$network"
   keep_or_install network/10-can0.link "$link"
-  keep_or_install ../config/rigs/ornl_testbed.yaml "$rig"
+  keep_or_install ../../config/rigs/ornl_testbed.yaml "$rig"
   mkdir -p "$destdir$(dirname "$command")"
   ln -sfn "$prefix/bin/longreach" "$destdir$command"
   echo "  wrote $destdir$command"
@@ -143,7 +159,7 @@ TEXT
 }
 
 read_options "$@"
-check_root "installing writes to $prefix and /etc and makes a user" "Run \`sudo make install\`, or stage it: make install DESTDIR=DIR."
+check_root "installing writes to $prefix and /etc and makes a user" "$(with_root install)"
 check_prefix
 check_python
 check_venv
