@@ -1,4 +1,4 @@
-"""Writes the commit into what is built: an installed copy has no history to ask, and every log names the commit. The rest: pyproject.toml."""
+"""Writes the commit into what is built: an installed copy has no history to ask, and every log names it. The rest: pyproject.toml."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from importlib.metadata import Distribution, distribution
+from pathlib import Path
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -30,7 +31,7 @@ def main() -> None:
     closure("longreach", frozenset(), found)
     for each in found.values():
         for file in each.files or ():
-            if ".." not in file.parts and each.locate_file(file).is_file():
+            if ".." not in file.parts and Path(str(each.locate_file(file))).is_file():
                 print(file)
 
 

@@ -18,12 +18,12 @@ check_prefix
 check_stopped
 if [ -z "$destdir" ] && systemd_runs; then systemctl --quiet disable longreachd longreach-reports 2>/dev/null || true; fi
 for file in "$unit" "$reports" "$sysusers" "$tmpfiles" "$udev"; do
-  rm -f "$destdir$file" && echo "  removed $destdir$file"
+  if [ -e "$destdir$file" ]; then rm "$destdir$file" && echo "  removed $destdir$file"; fi
 done
 if [ "$(readlink "$destdir$command" || true)" = "$prefix/bin/longreach" ]; then
   rm "$destdir$command" && echo "  removed $destdir$command"
 fi
-rm -rf "$destdir$prefix" && echo "  removed $destdir$prefix"
+if [ -e "$destdir$prefix" ]; then rm -rf "$destdir$prefix" && echo "  removed $destdir$prefix"; fi
 if [ -z "$destdir" ]; then
   rm -rf /var/cache/longreach # compiled kernels, of no use to anybody else
   if systemd_runs; then systemctl daemon-reload; fi

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,25 +12,16 @@ import pytest
 
 from tests.support.daemon.running_daemon import RunningDaemon
 from tests.support.live.page_server import page_server
+from tests.support.system.built_wheel import CHECKOUT, PIP, built_wheel
 
-CHECKOUT = Path(__file__).parents[2]
 HOUSE = ("config", "servo_control", "daemon", "drivers", "gap", "longreach", "recording", "sim_backend", "tuning")
-PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with nothing but the wheel's content; the libraries are this environment's."""
     folder = tmp_path_factory.mktemp("wheel")
-    source = folder / "source"
-    tracked = subprocess.run(["git", "ls-files", "-z"], cwd=CHECKOUT, capture_output=True, check=True).stdout.split(b"\0")
-    for name in filter(None, map(os.fsdecode, tracked)):
-        if (CHECKOUT / name).is_file():
-            (source / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(CHECKOUT / name, source / name)
-    subprocess.run([*PIP, "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(source)], check=True)
-    (wheel,) = folder.glob("longreach-*.whl")
-    subprocess.run([*PIP, "install", "--no-deps", "--target", str(folder / "site"), str(wheel)], check=True)
+    subprocess.run([*PIP, "install", "--no-deps", "--target", str(folder / "site"), str(built_wheel(folder))], check=True)
     return folder / "site"
 
 

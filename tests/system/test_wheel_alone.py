@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-CHECKOUT = Path(__file__).parents[2]
+from tests.support.system.built_wheel import CHECKOUT, built_wheel, environment_with
+
 NOTEBOOKS = CHECKOUT / "docs" / "guide" / "notebooks"
-PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 OWN = {"drive", "frame"}  # needs a daemon; needs pandas, which is an extra
 LONG = {"design", "find_gap"}  # searches; find_gap runs in test_wheel
 MODULES = """
@@ -41,29 +39,9 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The interpreter of such an environment; libraries are copied from this one, as `daemon/systemd/install.sh --from-venv` does."""
+    """The interpreter of such an environment."""
     folder = tmp_path_factory.mktemp("alone")
-    archive, source, environment = folder / "source.tar", folder / "source", folder / "environment"
-    tracked = subprocess.run(["git", "ls-files", "-z"], cwd=CHECKOUT, capture_output=True, check=True).stdout
-    there = b"\0".join(name for name in tracked.split(b"\0") if name and (CHECKOUT / os.fsdecode(name)).is_file())
-    subprocess.run(["tar", "--null", "-T", "-", "-cf", str(archive)], cwd=CHECKOUT, input=there, check=True)
-    source.mkdir()
-    subprocess.run(["tar", "-C", str(source), "-xf", str(archive)], check=True)
-    subprocess.run([*PIP, "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(source)], check=True)
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)
-    python = environment / "bin" / "python"
-    ours, theirs = (_purelib(each) for each in (sys.executable, str(python)))
-    listed = subprocess.run([sys.executable, str(CHECKOUT / "daemon" / "systemd" / "runtime_files.py")], capture_output=True, check=True).stdout
-    (folder / "files").write_bytes(listed)
-    subprocess.run(["bash", "-c", f"tar -C {ours} -T {folder}/files -cf - | tar -C {theirs} -xf -"], check=True)
-    (wheel,) = folder.glob("longreach-*.whl")
-    subprocess.run([*PIP, "--python", str(python), "install", "--no-deps", "--no-index", str(wheel)], check=True)
-    return python
-
-
-def _purelib(python: str) -> str:
-    words = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
-    return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+    return environment_with(built_wheel(folder), folder / "environment")
 
 
 def test_every_module_imports_with_the_declared_libraries(alone: Path, tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ could be given neither real-time priority nor locked memory. Without root, `long
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 
 INSTALL = "program, units, user, directories, rules for adapters and CAN; repeating it replaces the program and keeps the rig file"
@@ -17,7 +16,7 @@ UNINSTALL = "what `install` put there; rig file, CAN files and logs stay"
 def verbs(parser: argparse.ArgumentParser) -> None:
     under = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     install = under.add_parser("install", help=INSTALL, description=f"install longreach as a systemd service: {INSTALL}")
-    install.add_argument("--python", metavar="FILE", default="", help="the interpreter it runs with, outside home directories")
+    install.add_argument("--python", metavar="FILE", default="/usr/bin/python3", help="what it runs with (default /usr/bin/python3)")
     uninstall = under.add_parser("uninstall", help=UNINSTALL, description=f"remove the service: {UNINSTALL}")
     for verb in (install, uninstall):
         verb.add_argument("--prefix", metavar="DIR", default="/opt/longreach", help="where the program lives (default /opt/longreach)")
@@ -28,8 +27,7 @@ def verbs(parser: argparse.ArgumentParser) -> None:
 
 def _install(arguments: argparse.Namespace) -> int:
     """The libraries come from the environment that this runs in, and of an installed wheel the program too."""
-    python = arguments.python or os.path.realpath(sys._base_executable)
-    return _script("install.sh", *_place(arguments), "--python", python, "--from-venv", sys.prefix)
+    return _script("install.sh", *_place(arguments), "--python", arguments.python, "--from-venv", sys.prefix)
 
 
 def _uninstall(arguments: argparse.Namespace) -> int:
