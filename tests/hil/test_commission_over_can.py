@@ -45,8 +45,10 @@ class Operator:
         return float(checks["rotary.supply_pressure range"] or 0.0)
 
 
-def test_from_the_rig_file_to_the_first_shaped_move(namespace: NetworkNamespace, tmp_path: Path) -> None:
-    text = patient(multicast_rig())
+# With the limits of the shipped rig file it wants two quiet processors.
+@pytest.mark.parametrize("limits", ["patient", pytest.param("shipped", marks=pytest.mark.hil)])
+def test_from_the_rig_file_to_the_first_shaped_move(namespace: NetworkNamespace, tmp_path: Path, limits: str) -> None:
+    text = patient(multicast_rig()) if limits == "patient" else multicast_rig()
     with TwinProcess(namespace, tmp_path, text) as twin:
         daemon = DaemonProcess(tmp_path, text=text, prefix=namespace.prefix)
         try:
