@@ -1,4 +1,5 @@
-"""A smooth description of something that is left: y ≈ Σ g(x), one cubic spline an input, the inputs chosen one after the other.
+"""A smooth description of something that is left: y ≈ Σ g(x), one cubic spline an input, the inputs chosen one after the other
+(T. Hastie and R. Tibshirani, Generalized Additive Models, 1990).
 
 What an input carries is judged on rows that were not fitted: every second block of neighbouring rows is predicted from the others, so a
 spline cannot take the noise's share for its own. Inputs of few levels (a sign) get one mean a level.

@@ -1,4 +1,4 @@
-"""The flow balance of one chamber over the supports of a log."""
+"""The flow balance of one chamber, (P7) of docs/method/plant.md, over the supports of a log."""
 
 from __future__ import annotations
 

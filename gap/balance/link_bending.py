@@ -1,4 +1,4 @@
-"""The bending of the link over the supports of a log."""
+"""The bending of the link, the first shape of (P25) of docs/method/plant.md, over the supports of a log."""
 
 from __future__ import annotations
 

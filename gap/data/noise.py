@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -63,7 +63,7 @@ def _differences(a: Measured, b: Measured, name: str) -> Array:
 
 
 def local_variances(values: Array) -> Array:
-    """Variance of the residual of a cubic through every `_SPAN` samples."""
+    """Variance of the residual of a cubic through every `_SPAN` samples (A. Savitzky and M. Golay, Analytical Chemistry 36, 1964)."""
     count = len(values) // _SPAN
     blocks = values[: count * _SPAN].reshape(count, _SPAN)
     blocks = blocks[np.all(np.isfinite(blocks), axis=1)]
@@ -73,7 +73,8 @@ def local_variances(values: Array) -> Array:
 
 
 def correlation_time(residuals: Array) -> float:
-    """τ = 1 + 2 Σ ρ_k in samples, by Geyer's initial positive sequence; residuals: windows × samples, NaN where nothing was measured.
+    """τ = 1 + 2 Σ ρ_k in samples, by the initial monotone sequence (C. Geyer, Statistical Science 7, 1992); residuals: windows × samples,
+    NaN where nothing was measured.
 
     N / τ is the number of independent samples. 1 where nothing was measured.
     """
@@ -88,8 +89,3 @@ def correlation_time(residuals: Array) -> float:
     negative = np.flatnonzero(pairs <= 0)
     end = int(negative[0]) if negative.size else len(pairs)
     return float(max(2 * np.minimum.accumulate(pairs[:end]).sum() - 1, 1.0)) if end else 1.0
-
-
-def correlation_times(residuals: Array, names: Sequence[str]) -> Mapping[str, float]:
-    """τ of every channel; residuals: windows × samples × channels."""
-    return {name: correlation_time(residuals[:, :, k]) for k, name in enumerate(names)}

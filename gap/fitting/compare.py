@@ -19,7 +19,8 @@ LEAST_TELLING = 6  # windows that must be left, for others to be left out
 
 
 def paired_t(before: Sequence[Evaluation], after: Sequence[Evaluation]) -> float:
-    """t of the mean relative gain ln(before / after) per window; neighbouring windows may be correlated (Newey-West with one lag).
+    """t of the mean relative gain ln(before / after) per window; neighbouring windows may be correlated (W. Newey and
+    K. West, Econometrica 55, 1987, with one lag).
 
     The logarithm, and bounded, because a gap shows in few windows with costs a thousand times those of the others; whether the sum of
     the costs falls is the gain's business. The yardstick is s, the standard deviation that pure noise gives the logarithm of a

@@ -1,4 +1,7 @@
-"""What one model costs on one log: residuals in noise units, robust against single bad samples, initial states marginalised."""
+"""What one model costs on one log: residuals in noise units, robust against single bad samples, initial states marginalised.
+
+(G1) of docs/method/gap.md, with the ρ of P. Huber (Annals of Math. Statistics 35, 1964).
+"""
 
 from __future__ import annotations
 

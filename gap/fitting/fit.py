@@ -57,9 +57,9 @@ def fit(
     enough: float = ENOUGH,
 ) -> Fit:
     """Least squares over all free numbers. Sensitivities are taken from `jacobian` (columns in the order of model.free) where given, those
-    of the effects in `moving` renewed at the start; else all are computed. From step to step they follow by Broyden's update; where a
-    step disappoints, those of `moving` are computed again. The initial states are marginalised about the model's start unless
-    `projections` are given."""
+    of the effects in `moving` renewed at the start; else all are computed. From step to step they follow by C. Broyden's update
+    (Math. of Computation 19, 1965); where a step disappoints, those of `moving` are computed again. The initial states are marginalised
+    about the model's start unless `projections` are given."""
     now = [evaluate(e, model, costs, projections[k] if projections else None) for k, e in enumerate(experiments)]
     base = [e.readings for e in now]
     raw = [j.copy() for j in jacobian] if jacobian is not None else sensitivities(model, experiments, range(len(model.free)), base)

@@ -1,4 +1,5 @@
-"""Which maneuver would tell explanations apart soonest: T-optimal over the shipped maneuvers and their forms within the envelope.
+"""Which maneuver would tell explanations apart soonest: T-optimal (A. Atkinson and V. Fedorov, Biometrika 62,
+1975) over the shipped maneuvers and their forms within the envelope.
 
 Of more than two the slowest pair counts; a maneuver that leaves fewer pairs open goes before a quicker one. A best-first search: a
 maneuver that has not been simulated needs at least its own duration, one simulated with the constants held at least as long as that

@@ -1,7 +1,8 @@
 """Constants that no fit may move (tagged [fixed], or 0) and that the logs want elsewhere.
 
 Beside the finished model each is left free by itself: where a Gauss-Newton step of it and all other numbers on the fit logs is clear (score
-test; Rao, 1948) it is fitted with them. It is said where the hold-out falls with it by as much as an effect must take.
+test; C. Rao, Math. Proc. Cambridge Phil. Soc. 44, 1948) it is fitted with them. It is said where the hold-out falls with
+it by as much as an effect must take.
 """
 
 from __future__ import annotations

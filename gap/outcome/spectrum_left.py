@@ -56,7 +56,7 @@ def _there(evaluation: Evaluation, channel: int) -> NDArray[np.bool_]:
 
 
 def _of_log(evaluation: Evaluation, channel: int) -> tuple[Array, Array]:
-    """Periodogram (Hann) of the log's windows, without the mean."""
+    """Periodograms (Hann) of the log's windows, without the mean; their mean is P. Welch's estimate (IEEE Trans. Audio AU-15, 1967)."""
     plan = evaluation.experiment.plan
     taper = np.hanning(plan.samples)
     values = left_of(evaluation, channel)[_there(evaluation, channel)]

@@ -1,5 +1,5 @@
 """Reflected-tip feedback: the rotary joint moves so that it damps the flexible link (positive deformation feedback;
-D. Wang and M. Vidyasagar, Int. J. Robotics Research 10, 1991).
+D. Wang and M. Vidyasagar, Int. J. Robotics Research 10, 1991), (C5) of docs/method/control.md.
 
     w_f += (1 − e^{−2π f_r T}) (w − ŵ − w_f);   correction = g(L) · [w_f + lead] / L   is added to the rotary error
 

@@ -1,4 +1,5 @@
-"""Tip deflection from the tip accelerometer: a Kalman filter on the link's first mode, for rigs without a deflection sensor.
+"""Tip deflection from the tip accelerometer: a Kalman filter on the link's first mode, for rigs without a deflection sensor:
+(C6) of docs/method/control.md.
 
 State (w, v) and its motion: see `servo_control.link.link_motion`. Measured is
 
@@ -43,10 +44,6 @@ class TipEstimator:
         self._x = [0.0, 0.0, 0.0]
         w, v, b = START_VARIANCE
         self._p = [w, 0.0, 0.0, v, 0.0, b]  # upper triangle by rows: ww, wv, wb, vv, vb, bb
-
-    @property
-    def bias_mps2(self) -> float:
-        return self._x[2]
 
     def step(self, acceleration: float, length: float, length_rate: float, rotary_rate: float) -> float:
         """Correct with this cycle's sample (m/s²; NaN: lost, predict only), then predict to the next; returns w (m) at the sample."""

@@ -1,4 +1,4 @@
-"""First frequency of the clamped link over its extension, one static shape:
+"""First frequency of the clamped link over its extension, one static shape, (P29) of docs/method/plant.md:
 
     ω_n(L) = √(3 EI / (L³ (M_p + 33/140 m L))),   ω_d = ω_n √(1 − ζ²)
 

@@ -1,5 +1,6 @@
 """The link's first mode while the joints move: one period of the loop, exact for a constant frequency.
 
+The static shape alone in the equations of the sliding link, (P22) to (P25) of docs/method/plant.md.
 With w the tip's deflection and v = ẇ + α θ̇ the joint's acceleration is not needed:
 
     ẇ = v − α θ̇,   v̇ = −ω² w − 2ζω (v − α θ̇) − L̇ θ̇,   α = (M L + 11/40 m L²)/(M + 33/140 m L), which is L for a heavy payload

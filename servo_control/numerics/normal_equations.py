@@ -1,4 +1,7 @@
-"""Least-norm solution of linear conditions, in plain floats: the same to the last bit on every computer."""
+"""Least-norm solution of linear conditions, in plain floats: the same to the last bit on every computer.
+
+c = Q⁻¹Jᵀ(JQ⁻¹Jᵀ)⁻¹ r: the Lagrange multipliers of (S4), docs/method/shaping.md.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A path whose time law is corrected within the move: s(t) + Σ c_i B_i(t), cubic B-splines with equal knots over a span of it.
+"""A path whose time law is corrected within the move: s(t) + Σ c_i B_i(t), cubic B-splines with equal knots over a span of it
+(C. de Boor, A Practical Guide to Splines, 1978).
 
 Every spline lies wholly within the span, so position, speed and acceleration at both ends are those of the path below it, and so is the
 duration. Only the time law changes: both joints stay on the line.

@@ -1,7 +1,8 @@
 """Odd random-phase multisine, tabulated once so that a cycle of the loop costs one interpolation whatever the number of lines.
 
 Only odd harmonics of the inverse period are excited: what appears at the even harmonics and at the odd ones left out is
-nonlinearity or noise (Pintelon and Schoukens). Phases are drawn from a seeded generator until the crest factor is low enough.
+nonlinearity or noise (R. Pintelon and J. Schoukens, System Identification: A Frequency Domain Approach, 2012, chapter 4).
+Phases are drawn from a seeded generator until the crest factor is low enough.
 """
 
 from __future__ import annotations

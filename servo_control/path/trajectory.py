@@ -2,7 +2,8 @@
 
 |d| ≥ v²/a:  t_a = v/a, T = |d|/v + v/a        |d| < v²/a:  t_a = √(|d|/a), T = 2 t_a
 
-The same move in the same time without corners in its acceleration: longer ramps u³(10 − 15u + 6u²) of a somewhat higher speed d/(T − r).
+The same move in the same time without corners in its acceleration: longer ramps u³(10 − 15u + 6u²) of a somewhat higher speed d/(T − r)
+(the polynomial of least jerk: T. Flash and N. Hogan, J. Neuroscience 5, 1985).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Lag-lead compensation: first-order sections (1 + s/z)/(1 + s/p) in cascade, Tustin (no prewarping).
+"""Lag-lead compensation: first-order sections (1 + s/z)/(1 + s/p) in cascade, Tustin (no prewarping), (C1) of docs/method/control.md.
 
     H(z) = (b0 + b1 z⁻¹)/(1 + a1 z⁻¹),   c = 2/T:   b0 = (1 + c/z)/(1 + c/p),  b1 = (1 − c/z)/(1 + c/p),  a1 = (1 − c/p)/(1 + c/p)
 

@@ -3,8 +3,8 @@
     e − s · b,    b = 2 ω p/(p + ω)² · e:    with s = 1 (p² + ω²)/(p + ω)²
 
 A link without payload has 15 to 40 Hz and hardly any damping: what little noise of the encoder the valve passes on at that frequency
-shakes it all the time. The servo's own loop is far slower and can do without. State variable filter with trapezoidal integrators:
-it stays stable while ω follows the extension.
+shakes it all the time. The servo's own loop is far slower and can do without. State variable filter with trapezoidal integrators
+(V. Zavalishin, The Art of VA Filter Design, 2012): it stays stable while ω follows the extension.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
 """Feed-forward after the measured oil temperature: thin oil leaks more while the same friction has to be overcome.
+(C3) of docs/method/control.md, and what the feedback asks for.
 
     u = k_ff · f(T) · v + s(T) · [c + (1 − |c|) · clamp(push, share)] + b(T),    c = clamp(v / v_full)
 

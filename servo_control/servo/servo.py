@@ -1,5 +1,7 @@
 """One joint's servo: notch and lag-lead on the error, feed-forward of the reference rate, null bias, limits with anti-windup.
 
+(C2) of docs/method/control.md:
+
 u = C(z)·(reference − position + correction) + k_v · reference rate + k_a · reference acceleration + bias + excitation ± dither
     [+ compensation of the oil's temperature, with the friction that the feedback has to overcome]
 """

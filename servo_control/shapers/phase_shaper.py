@@ -1,5 +1,5 @@
 """Adaptive three-term filter in the phase domain: every input increment is given out after half and one whole cycle of the
-oscillator as it really is, while its frequency follows the extension.
+oscillator as it really is, while its frequency follows the extension, (S3) of docs/method/shaping.md.
 
     φ(t) = ∫ ω_d(L) dt,    y(t) = Σ A_i u(s_i),  φ(t) − φ(s_i) = i π,    ẏ(t) = Σ A_i u̇(s_i) ω_d(t)/ω_d(s_i)
 

@@ -1,4 +1,5 @@
-"""The two simpler adaptive three-term filters, for comparison with the phase domain: frequency from the extension,
+"""The two simpler adaptive three-term filters, (S2) of docs/method/shaping.md, for comparison with the phase domain: frequency from the
+extension,
 
     coefficients: fixed T, weights c(ω_d(L(t))) every cycle         delay: T(t) = π/ω_d(L(t)), ZVD weights
 

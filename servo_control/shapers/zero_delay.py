@@ -1,4 +1,5 @@
-"""Shaping without delay: the time law of a move is corrected so that the link is at rest when the move ends.
+"""Shaping without delay: the time law of a move is corrected so that the link is at rest when the move ends,
+(S4) of docs/method/shaping.md.
 
 Sought are the spline coefficients c with the least ∫δs̈² for which the link's first mode, driven by the joints over the move with the
 extension changing, ends at rest for every frequency of a range around the believed one:

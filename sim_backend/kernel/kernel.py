@@ -1,4 +1,5 @@
 """The compiled plant: one control period a call, or many. Fixed-step Runge-Kutta of fourth order, no allocation, no branch on time.
+The step: (P36) of docs/method/plant.md.
 
 Per control period: delay lines, heat, temperature terms, sensors. Per step: delayed command, hysteresis, the spool that follows at
 once. Within a step everything else is one system of ordinary differential equations.

@@ -1,4 +1,4 @@
-"""The link under prescribed joint motion: ideal joints, only the bending equations are integrated."""
+"""The link under prescribed joint motion: ideal joints, only the bending equations, (P25) of docs/method/plant.md, are integrated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Energy and momentum of the mechanics, for tests and for looking at a run; not part of the simulation."""
+"""Energy and momentum of the mechanics, (P24) of docs/method/plant.md, for tests and for looking at a run; not part of the simulation."""
 
 from __future__ import annotations
 

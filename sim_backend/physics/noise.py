@@ -1,4 +1,5 @@
-"""Counter-based random numbers: the same seed, sample and channel always give the same number (splitmix64 of Steele et al.)."""
+"""Counter-based random numbers: the same seed, sample and channel always give the same number (splitmix64 of
+G. Steele, D. Lea and C. Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014)."""
 
 from __future__ import annotations
 
@@ -58,7 +59,8 @@ def turned(share: float) -> tuple[float, float]:
 
 @compiled
 def gaussian_pair(key: np.uint64, pair: int) -> tuple[float, float]:
-    """Two independent standard normal numbers (Box-Muller) from the two halves of one hash; up to 6.7 standard deviations.
+    """Two independent standard normal numbers (G. Box and M. Muller, Annals of Math. Statistics 29, 1958) from the two halves
+    of one hash; up to 6.7 standard deviations.
 
     `key`: sample_key()."""
     hashed = mixed(key ^ np.uint64(pair))

@@ -1,4 +1,5 @@
-"""From the plant's true values to raw counts: lag, delay, scale, offset, noise, steps, range, resolution, drop-outs."""
+"""From the plant's true values to raw counts: lag, delay, scale, offset, noise, steps, range, resolution, drop-outs;
+(P35) of docs/method/plant.md."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ NO_FLOW = 1e-9  # kg/s J/kg/K below which the oil takes the wall's temperature
 
 @compiled
 def viscosity_cSt(temperature_C: float, p: Vector) -> float:
-    """Kinematic viscosity by Walther's law."""
+    """Kinematic viscosity by Walther's law, (P34); ASTM D341."""
     return float(exp(_LN_10 * exp(_LN_10 * p[C.WALTHER_A] - p[C.WALTHER_B] * log(temperature_C + KELVIN))) - 0.7)
 
 
@@ -51,7 +51,7 @@ def temperature_terms(temperature_C: float, thinner: float, p: Vector, j: int, w
 
 @compiled
 def _approach(wall: float, oil: float, conductance: float, flow_capacity: float) -> float:
-    """Temperature of oil that has passed a wall: T_w + (T − T_w) exp(−UA/ṁc)."""
+    """Temperature of oil that has passed a wall: T_w + (T − T_w) exp(−UA/ṁc), as in (P30)."""
     if flow_capacity < NO_FLOW:
         return wall
     return wall + (oil - wall) * exp(-conductance / flow_capacity)

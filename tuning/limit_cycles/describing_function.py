@@ -1,4 +1,4 @@
-"""Friction behind a compliant drive train: the element of Eqs 2 and 3 of the paper (Merritt).
+"""Friction behind a compliant drive train: the element of Eqs 2 and 3 of the paper, (T1) of docs/method/tuning.md.
 
 A massless output is held by friction and driven through a spring by x = M sin φ. H_s (stiction) and H_c (Coulomb) are friction
 over stiffness, so they are input displacements. Sliding, the output trails the input by H_c; when the input turns, it rests; it breaks

@@ -1,4 +1,5 @@
-"""The same block diagram without the filter hypothesis: linear loop and friction-compliance element, solved exactly.
+"""The same block diagram without the filter hypothesis: linear loop and friction-compliance element, solved exactly
+(docs/method/tuning.md, Limit cycles).
 
 In each phase (sliding up, sliding down, stuck) the loop is linear, so its motion is a matrix exponential; only the instants of change are
 searched. `march` integrates from one instant of change to the next, as the loop would run; `periodic` solves for a symmetric cycle, stable

@@ -1,4 +1,5 @@
-"""Limit cycles predicted by the describing function: where L(jω) meets −1/N(M), whether they are stable, how far to trust them."""
+"""Limit cycles predicted by the describing function: where L(jω) meets −1/N(M), whether they are stable, how far to trust them.
+Method: A. Gelb and W. Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design, 1968, chapter 3."""
 
 from __future__ import annotations
 

@@ -125,7 +125,8 @@ def _phasor(t: Floats, values: Floats, decay: float, omega: float) -> tuple[comp
 
 
 def _sigma(t: Floats, decay: float, amplitude: float, noise: float) -> float:
-    """Standard deviation of ω (and of the decay rate) by the Cramér-Rao bound of a sine whose amplitude is its mean over the window."""
+    """Standard deviation of ω (and of the decay rate) by the Cramér-Rao bound of a sine whose amplitude is its mean over the window
+    (S. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3)."""
     length_s = float(t[-1] - t[0])
     mean = amplitude * float(np.mean(np.exp(-decay * t)))
     return sqrt(24.0 / len(t)) * noise / (mean * length_s)

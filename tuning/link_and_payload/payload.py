@@ -1,7 +1,7 @@
 """The payload from one ordinary move, in two independent ways.
 
-Balance of forces at the tip, at every moment of the move, shaped or not; needs a deflection sensor. One static shape, a_j the
-accelerometer:
+Balance of forces at the tip, at every moment of the move, shaped or not; needs a deflection sensor. One static shape
+in (P22) to (P25) of docs/method/plant.md, a_j the accelerometer:
 
     M a_j = −(3EI/L³) w − mL [33/140 a_j + (11/40 − 33/140) L θ̈ + (3/4 − 66/140) L̇ θ̇] − damping
 
