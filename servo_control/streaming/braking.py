@@ -24,10 +24,3 @@ def fastest(distance: float, acceleration: float, period_s: float) -> float:
     step = acceleration * period_s * period_s
     n = int(0.5 * (sqrt(1.0 + 8.0 * distance / step) - 1.0))
     return (distance + 0.5 * step * n * (n + 1)) / ((n + 1) * period_s)
-
-
-def braking_distance(rate: float, acceleration: float, period_s: float) -> float:
-    """What a joint at `rate` (not negative) still goes, the coming cycle at that rate included: (J1)."""
-    step, u = acceleration * period_s * period_s, rate * period_s
-    n = int(u / step)
-    return (n + 1) * u - 0.5 * step * n * (n + 1)

@@ -271,9 +271,3 @@ def parameter_names() -> tuple[str, ...]:
     joints = [f"slot{slot}.{item.name.lower()}" for slot in range(SLOTS) for item in J]
     sensors = [f"sensor{number}.{item.name.lower()}" for number in range(MAX_SENSORS) for item in S]
     return (*common, *joints, *sensors)
-
-
-def state_names() -> tuple[str, ...]:
-    """A name for every differential state."""
-    joints = [f"slot{slot}.{item.name.lower()}" for slot in range(SLOTS) for item in D]
-    return (*joints, *(item.name.lower() for item in X))

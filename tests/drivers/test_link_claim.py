@@ -34,6 +34,8 @@ def test_another_process_is_named_and_its_death_frees_the_link() -> None:
 
 
 def test_a_bus_within_one_process_needs_no_claim() -> None:
-    first, second = LinkClaim(("CAN", "virtual", "a")), LinkClaim(("CAN", "virtual", "a"))
+    link = ("CAN", "virtual", "a")
+    first, second = LinkClaim(link), LinkClaim(link)
+    assert holder(link) is None
     first.release()
     second.release()

@@ -14,7 +14,7 @@ from config.errors import PlantError
 from config.schema.rig import Rig
 from sim_backend.kernel.warm_up import warm_up
 from sim_backend.memory import compile_cache
-from sim_backend.memory.layout import PARAMETERS, C, S, state_names
+from sim_backend.memory.layout import PARAMETERS, C, S
 from tests.support.sim_backend.plants import Content, SimulatedRig, ideal, isothermal, ornl, quiet, variant, without
 
 GPM = 6.30902e-5
@@ -121,7 +121,6 @@ def test_vectors_have_names(rig: Rig) -> None:
     sim = SimulatedRig(rig)
     assert len(sim.parameters.names) == PARAMETERS == sim.parameters.values.size
     assert len(set(sim.parameters.names)) == PARAMETERS
-    assert len(set(state_names())) == len(state_names())
     assert sim.parameters.values[sim.parameters.names.index("slot0.coulomb")] == 105.0
     assert sim.channels == tuple(rig.plant.sensors)  # type: ignore[union-attr]
 

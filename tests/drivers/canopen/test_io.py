@@ -95,7 +95,7 @@ def test_a_module_that_left_operational_has_bad_inputs_and_raises(pair: Pair) ->
     node.local.nmt.state = "PRE-OPERATIONAL"
     with pytest.raises(DriverError, match=r"io: node 21: the module is silent or not operational.*11 cycles in a row \(limit: 10\)"):
         cycles(pair, 60, [1.0, 1.0])
-    assert all(sample.quality == Quality.BAD for sample in driver.read(time.monotonic_ns()))
+    assert [sample.quality for sample in driver.read(time.monotonic_ns())] == [Quality.BAD] * 3
 
 
 def test_activate_starts_a_module_again_with_zero_volts(pair: Pair) -> None:
@@ -140,10 +140,11 @@ def test_inputs_count_while_the_module_leaves_operational_in_its_own_proof(pair:
     node.bench.settle()
     samples = driver.read(time.monotonic_ns())
     assert driver.nmt_state == 127
+    assert len(samples) == 3
     assert all(sample.quality != Quality.BAD for sample in samples)
     proof.close()
     driver.safe()
-    assert all(sample.quality == Quality.BAD for sample in driver.read(time.monotonic_ns()))
+    assert [sample.quality for sample in driver.read(time.monotonic_ns())] == [Quality.BAD] * 3
 
 
 class KeepsItsVoltage(IoNode):
@@ -165,7 +166,7 @@ def wired(bench: NodeBench, kind: type[IoNode] = IoNode) -> Pair:
 def test_proof_with_a_wire_from_output_to_input_measures_the_voltage(bench: NodeBench) -> None:
     _, driver = wired(bench)
     results = proven(driver)
-    assert all(result.ok for result in results), [result.text for result in results]
+    assert [result.ok for result in results] == [True, True], [result.text for result in results]
     assert "input_3 0 counts" in results[0].text
     driver.close()
 

@@ -57,6 +57,7 @@ def lively(tmp_path_factory: pytest.TempPathFactory) -> GateSearch:
 
 def test_the_hold_out_never_makes_an_effect_easier_to_see(lively: GateSearch) -> None:
     fitted, held = sizes(lively)
+    assert fitted.signatures
     for before, after in zip(fitted.signatures, held.signatures, strict=True):
         assert after.smallest_visible >= before.smallest_visible
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servo_control.streaming.braking import braking_distance, fastest
+from servo_control.streaming.braking import fastest
 
 PERIODS = st.sampled_from([0.0005, 0.001, 0.01])
 WAYS = st.floats(1e-9, 3.0)
@@ -29,7 +29,6 @@ def test_a_joint_at_the_fastest_rate_stops_exactly_there(distance: float, accele
     rate = fastest(distance, acceleration, period_s)
     assert braked(rate, acceleration, period_s) == pytest.approx(distance, rel=1e-6, abs=1e-12)
     assert braked(1.001 * rate, acceleration, period_s) > distance
-    assert braking_distance(rate, acceleration, period_s) == pytest.approx(distance, rel=1e-9)
 
 
 @given(acceleration=ACCELERATIONS, period_s=PERIODS, pair=st.tuples(WAYS, WAYS))
