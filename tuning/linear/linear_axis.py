@@ -60,10 +60,8 @@ def linear_axis(
             _slide(base, values, slot, opening, rig.name, (*_BALANCED, D.BRISTLE))
     states = [first + int(state) for state in (*JOINT_STATES, *((D.BRISTLE,) if friction and rubs.any() else ()))]
     a, b = jacobians(base, values, states, slot * W_STRIDE + W.WANTED)
-    if at_once:  # the spool is the input
-        spool = JOINT_STATES.index(D.SPOOL)
-        keep = [i for i in range(len(states)) if i not in (spool, spool + 1)]
-        a, b = a[np.ix_(keep, keep)], a[keep, spool]
+    if at_once:
+        a, b = _with_the_spool_as_input(a)
     row = np.zeros(len(b))
     row[0] = 1.0
     return LinearArm(a, b / values[plant.parameters.offset(J.FULL_SCALE, name)], row, np.zeros(len(b)), 1.0)
@@ -74,6 +72,13 @@ def axis_states(axis: LinearArm, joint: str, unit: str) -> list[str]:
     spool = [] if len(axis.b) < 6 else ["spool", "spool_rate_per_s"]
     bristle = [f"bristle_{unit}"] if len(axis.b) % 2 else []
     return [f"{joint}_position_{unit}", f"{joint}_velocity_{unit}_per_s", *spool, "pressure_A_Pa", "pressure_B_Pa", *bristle]
+
+
+def _with_the_spool_as_input(a: Floats) -> tuple[Floats, Floats]:
+    """(A, b) of the other states, from A over all of them."""
+    spool = JOINT_STATES.index(D.SPOOL)
+    keep = [i for i in range(len(a)) if i not in (spool, spool + 1)]
+    return a[np.ix_(keep, keep)], a[keep, spool]
 
 
 def _slide(base: Vector, values: Vector, slot: int, opening: float, where: str, balanced: tuple[D, ...] = _BALANCED) -> None:

@@ -14,6 +14,10 @@ from daemon.cli.connection import add_json_option
 from daemon.cli.shown.shown_units import add_si_option, sentences_for
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from config.checking.finding import Finding
+    from config.loading.load import LoadedRig
     from config.migrating.migrate_file import MigratedFile
 
 _STYLE = {"ok": "[green]ok[/]", "warning": "[yellow]warning[/]", "error": "[red bold]error[/]"}
@@ -30,12 +34,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from rich.table import Table
-    from rich.text import Text
-
     from config.checking.check import check_rig
     from config.loading.load import load_rig
-    from daemon.cli.shown.rich_console import console
 
     moved = _migrate(arguments) if arguments.migrate else None
     try:
@@ -49,15 +49,24 @@ def _check(arguments: argparse.Namespace) -> int:
         told = [{"level": each.level, "text": each.text} for each in findings]
         answer = {"rig": loaded.rig.name, "good": not errors, "findings": told}
         print(json.dumps(answer | ({"migrated": dataclasses.asdict(moved)} if moved else {}), default=str))
-        return EXIT_REFUSED if errors else 0
+    else:
+        _show(loaded, findings, arguments.si)
+    return EXIT_REFUSED if errors else 0
+
+
+def _show(loaded: LoadedRig, findings: Sequence[Finding], si: bool) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from daemon.cli.shown.rich_console import console
+
     title = Text(f"{loaded.path}: {loaded.rig.name}", style="italic")
     table = Table(title=title, title_justify="left", show_header=False)
-    sentences = sentences_for(loaded.text, arguments.si)
+    sentences = sentences_for(loaded.text, si)
     for finding in findings:
         shown = Text(sentences.text(finding.text))  # as it is: brackets and colons are no markup
         table.add_row(_STYLE[finding.level], shown)
     console().print(table)
-    return EXIT_REFUSED if errors else 0
 
 
 def _migrate(arguments: argparse.Namespace) -> MigratedFile:
