@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sim_backend.memory.compiled import compiled
 from sim_backend.memory.layout import D_STRIDE, J_START, J_STRIDE, SLOTS, C, D, J, Kind, Vector, X
+from sim_backend.memory.side_by_side import signed_roots
 from sim_backend.memory.work import LINK_DAMPING, RETURN_AT_VALVE, SHAPE_ACCELERATION, SUPPLY_AT_VALVE, W_STRIDE, W
 from sim_backend.physics.chambers import cross_flow, hoses, oil_pressure, step_smoothing, stiffness
 from sim_backend.physics.friction import drive_force, friction, outer_force, stop_force
@@ -11,7 +12,7 @@ from sim_backend.physics.gravity import weight
 from sim_backend.physics.link import flexible_accelerations, rigid_accelerations
 from sim_backend.physics.supply import LINE_RATE, supply_rates, valve_return, valve_supply
 from sim_backend.physics.table import table_force
-from sim_backend.physics.valve import beyond_overlap, land_flow, openings, spool_rates
+from sim_backend.physics.valve import beyond_overlap, openings, spool_rates
 
 _UNYIELDING = 1e9  # mass (kg) or inertia (kg m²) behind an imposed motion: nothing on the rig slows it
 _BALANCE_RATE = 1000.0  # 1/s; a held chamber takes the pressure that balances the load cell this fast
@@ -47,8 +48,11 @@ def chamber_rates(
     smooth_a = step_smoothing(opened + closed, rise_a, p, j, step_s)
     smooth_b = step_smoothing(opened + closed, rise_b, p, j, step_s)
     flow = p[j + J.FLOW_COEFFICIENT]
-    a_in, a_out = flow * opened * land_flow(supply - a, smooth_a), flow * closed * land_flow(a - tank, smooth_a)
-    b_in, b_out = flow * closed * land_flow(supply - b, smooth_b), flow * opened * land_flow(b - tank, smooth_b)
+    from_supply_a, to_tank_a, from_supply_b, to_tank_b = signed_roots(
+        (supply - a, a - tank, supply - b, b - tank), (smooth_a, smooth_a, smooth_b, smooth_b)
+    )
+    a_in, a_out = flow * opened * from_supply_a, flow * closed * to_tank_a
+    b_in, b_out = flow * closed * from_supply_b, flow * opened * to_tank_b
     cross = cross_flow(w[k + W.CROSS], a, b, p, j)
     d[s + D.PRESSURE_A] = rise_a * (a_in - a_out - area_a * velocity - cross - w[k + W.EXTERNAL] * a)
     d[s + D.PRESSURE_B] = rise_b * (b_in - b_out + area_b * velocity + cross - w[k + W.EXTERNAL] * b)

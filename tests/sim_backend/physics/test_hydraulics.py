@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from sim_backend.memory.compiled import compiled
 from sim_backend.memory.layout import D_STRIDE, C, D, J, X
+from sim_backend.memory.side_by_side import LANES, signed_roots
 from sim_backend.physics.chambers import ATMOSPHERE_PA, compliance, stiffness
 from sim_backend.physics.thermal import viscosity_cSt
-from sim_backend.physics.valve import openings
+from sim_backend.physics.valve import land_flow, openings
 from tests.support.sim_backend.plants import (
     PSI_PA,
     SUPPLY_PA,
@@ -52,6 +54,21 @@ def test_speeds_and_pressures_of_an_unequal_cylinder() -> None:
     assert speeds[0] / speeds[1] == pytest.approx(1 / math.sqrt(r), rel=5e-3)
     assert shares[0] == pytest.approx([r / (1 / r**2 + r), 1 / (1 / r**2 + r)], rel=5e-3)
     assert shares[1] == pytest.approx([r / (1 + r**3), 1 / (1 + r**3)], rel=5e-3)
+
+
+@compiled
+def roots_of_four(drops: tuple[float, ...], smoothing: tuple[float, ...]) -> tuple[float, ...]:
+    return signed_roots(drops, smoothing)  # type: ignore[no-any-return]
+
+
+def test_flows_side_by_side_have_the_bits_of_flows_one_by_one() -> None:
+    random = np.random.default_rng(5)
+    drops = np.concatenate([random.normal(0.0, 1e6, 400), [0.0, -0.0, 1e-300, -2e7, 1e200, -1e200, 5e-324, 1.0]])
+    smoothing = 1.0 + np.abs(random.normal(0.0, 1e12, drops.size)) * random.integers(0, 2, drops.size)
+    for first in range(0, drops.size, LANES):
+        pair = [tuple(map(float, each[first : first + LANES])) for each in (drops, smoothing)]
+        one_by_one = np.array([land_flow(drop, smooth) for drop, smooth in zip(*pair, strict=True)])
+        assert np.array(roots_of_four(*pair)).tobytes() == one_by_one.tobytes()
 
 
 def test_valve_flow_at_rating_and_null_leakage() -> None:
