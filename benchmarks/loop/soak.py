@@ -36,6 +36,7 @@ BURST_S = 10.0
 PAUSE_S = 20.0
 WARM_UP_S = 20.0  # memory is compared from here on
 LINE_S = 18.3  # one repeat of the paper's line
+PHASES_US = {"read_us": " (with the simulated rig's step)", "compute_us": " (wanted: 60, 120)", "write_us": ""}
 
 
 @dataclass
@@ -162,6 +163,9 @@ def _report(seen: SoakSeen) -> int:
     drops = sum(int(closing["drops"]) for closing in closings)
     print(f"{len(logs)} recordings, {cycles} cycles in them, absent {absent}, dropped {drops}, over {seconds:.1f} s")
     _beside_idle(logs, closings, cycles, seen.idle)
+    for name, wanted in PHASES_US.items():
+        took_us = np.concatenate([log.columns[name] for log in logs])
+        print(f"{name + ' p50, p99' + wanted:44}{np.percentile(took_us, 50):8.1f}{np.percentile(took_us, 99):8.1f}")
     for number, closing in enumerate(closings, 1):
         work = ", ".join(f"{key} {closing[f'work_us_{key}']}" for key in ("p50", "p99", "max"))
         print(f"recording {number}: culprits {closing['overrun_culprits']}; grade {closing['grade']}; work per cycle, us: {work}")
