@@ -8,29 +8,37 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import os
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 from config.errors import ConfigError
+from config.progress import Progress
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
 THREADS_OF_LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # the searches bring their own threads
 CONNECT_S = 5.0
+SOON_S = 3.0  # after which a scheduler without a worker is told
+WORKER_S = 60.0  # after which it is given up
+
+
+def _to_stderr(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 @contextmanager
-def executor(workers: int | None = None, dask: str | None = None) -> Iterator[Executor]:
+def executor(workers: int | None = None, dask: str | None = None, progress: Progress = _to_stderr) -> Iterator[Executor]:
     """`workers` processes (default: one a processor), or the workers of the Dask scheduler at `dask` ("tcp://host:8786").
 
-    Leaving the context waits for nothing: what has not begun is cancelled. ConfigError without the extra `longreach[dask]` or when
-    the scheduler does not answer.
+    Leaving the context waits for nothing: what has not begun is cancelled. ConfigError without the extra `longreach[dask]`, when
+    the scheduler does not answer, or when no worker joins it within a minute; `progress` is told while it waits for one.
     """
     if dask is not None:
-        with _dask_executor(dask) as pool:
+        with _dask_executor(dask, progress) as pool:
             yield pool
         return
     # spawn: a forked copy of a process with threads and compiled code may hang
@@ -49,7 +57,7 @@ def each(pool: Executor, work: Callable[[Task], Answer], tasks: Sequence[Task]) 
 
 
 @contextmanager
-def _dask_executor(address: str) -> Iterator[Executor]:
+def _dask_executor(address: str, progress: Progress) -> Iterator[Executor]:
     try:
         from distributed import Client  # optional: only who asks for a cluster needs it
     except ImportError as error:
@@ -58,9 +66,23 @@ def _dask_executor(address: str) -> Iterator[Executor]:
     _refuse_unless_scheduler(address)
     client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)
     try:
+        _await_worker(client, address, progress)
         yield client.get_executor(pure=False)
     finally:
         client.close()
+
+
+def _await_worker(client: Any, address: str, progress: Progress) -> None:
+    start_one = f"Start one: dask worker {address}"
+    with suppress(TimeoutError):
+        client.wait_for_workers(1, timeout=SOON_S)
+        return
+    progress(f"the Dask scheduler {address} has no worker; waiting {WORKER_S:g} s for one. {start_one}")
+    try:
+        client.wait_for_workers(1, timeout=WORKER_S)
+    except TimeoutError as error:
+        what, advice = f"no worker joined the Dask scheduler within {WORKER_S:g} s", f"{start_one}, or leave --dask away."
+        raise ConfigError(what, value=address, where="--dask", next_step=advice) from error
 
 
 def _refuse_unless_scheduler(address: str) -> None:

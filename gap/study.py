@@ -55,7 +55,7 @@ def run_study(
     """Run all searches; rows in the order of `todo`, also written to `out`/study.json."""
     out.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, Any]] = [{}] * len(todo)
-    with executor(workers, dask) as pool:
+    with executor(workers, dask, progress) as pool:
         for done, (number, row) in enumerate(each(pool, run_search, todo), 1):
             rows[number] = row
             progress(f"{done} of {len(todo)}: {line(row)}")

@@ -92,6 +92,38 @@ def test_what_is_no_scheduler_is_refused_in_a_sentence(
     assert not (tmp_path / "s").exists()
 
 
+@pytest.fixture
+def idle(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """A cluster of this process whose scheduler has no worker."""
+    distributed = pytest.importorskip("distributed", reason="the extra longreach[dask] is not installed")
+    monkeypatch.setattr("gap.executor.SOON_S", 0.05)
+    with distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None) as local:
+        yield local
+
+
+def test_a_scheduler_without_a_worker_is_told_and_given_up(idle: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gap.executor.WORKER_S", 0.2)
+    told: list[str] = []
+    refusal = r"no worker joined the Dask scheduler within 0\.2 s.*Start one: dask worker "
+    with pytest.raises(ConfigError, match=refusal), executor(dask=idle.scheduler_address, progress=told.append):
+        pass
+    assert told == [
+        f"the Dask scheduler {idle.scheduler_address} has no worker; waiting 0.2 s for one. Start one: dask worker {idle.scheduler_address}"
+    ]
+
+
+def test_a_worker_that_joins_after_all_does_the_work(idle: Any) -> None:
+    told: list[str] = []
+
+    def starts_one(line: str) -> None:
+        told.append(line)
+        idle.scale(1)
+
+    with executor(dask=idle.scheduler_address, progress=starts_one) as pool:
+        assert dict(each(pool, cube, range(3))) == {k: k**3 for k in range(3)}
+    assert len(told) == 1
+
+
 def test_two_pairs_of_one_name_are_refused(tmp_path: Path) -> None:
     pair = (tmp_path / "a" / "log.csv", tmp_path / "b.csv")
     with pytest.raises(ConfigError, match="two pairs"):

@@ -69,7 +69,7 @@ def logged(work: Work) -> Path:
 def all_runs(works: Sequence[Work], processes: int | None, dask: str | None, progress: Callable[[str], None]) -> list[SimulatedRun]:
     """In the order of `works`, side by side on processes of this machine or a Dask cluster."""
     found: dict[int, SimulatedRun] = {}
-    with executor(processes, dask) as pool:
+    with executor(processes, dask, progress) as pool:
         for number, run in each(pool, one_run, works):
             found[number] = run
             progress(f"{len(found)} of {len(works)} runs")
