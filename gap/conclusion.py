@@ -22,6 +22,7 @@ from gap.outcome.found import Found
 from gap.outcome.held_constants import held_constants
 from gap.outcome.localise import localise
 from gap.outcome.model_file import with_step_lines
+from gap.outcome.stated_zeros import stated_zeros
 from gap.outcome.written import again, widths_of
 from gap.search.hold_out_sizes import on_hold_out
 from gap.search.search_state import GateSearch
@@ -96,13 +97,24 @@ def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Con
     return {
         "parameters": constants(state.current.model, half_width, judged.file.model, judged.steady),
         "gap": _gap(done, judged.file.seen),
-        "held": [item.as_dict() for item in held_constants(loaded, state, progress)] if word.word not in ("no_gap", "data_problem") else [],
+        "held": _held(done, word, told),
         "remainder": judged.rest,
         "not_seen": not_seen(state.screening, told_of, readable(logs, loaded.rig)),
         "next_maneuver": next_of(loaded, state, word, progress) if done.settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in done.problems],
         "temperatures": _temperatures(state, judged.file.model, progress),
     }
+
+
+def _held(done: Searched, word: Verdict, told: Sequence[Content]) -> list[Content]:
+    """Constants that no fit may move and that the logs want elsewhere, those that the file states as 0 first."""
+    if word.word in ("no_gap", "data_problem"):
+        return []
+    loaded, state, progress = done.loaded, done.state, done.progress
+    zeros = stated_zeros(loaded, state, told, progress)
+    known = {item.free.key for item in zeros}
+    others = [item for item in held_constants(loaded, state, progress) if item.free.key not in known]
+    return [item.as_dict() for item in (*zeros, *others)]
 
 
 def said(word: Verdict, findings: Sequence[Content]) -> str:

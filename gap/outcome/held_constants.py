@@ -7,6 +7,7 @@ it by as much as an effect must take.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,18 +25,24 @@ from gap.fitting.sensitivity import projected, sensitivities
 from gap.search.search_state import LEAST_T, GateSearch, worth
 from gap.signatures.sizes import sizes_of
 
+FINISHED = "the finished model"
 MOST = 3  # constants that are fitted, those asked for most clearly
 
 
 @dataclass(frozen=True, slots=True)
 class HeldConstant:
-    """One held constant (SI), where the logs want it, with 95 % half width, and the hold-out's cost before and after."""
+    """One held constant (SI), where the logs want it, with 95 % half width, and the hold-out's cost before and after.
+
+    `beside`: "the finished model", "constants alone", or the label of the name that stands for it. `line`: where the file states it.
+    """
 
     free: Free
     value: float
     half_width: float
     before: float
     after: float
+    beside: str = FINISHED
+    line: int | None = None
 
     def as_dict(self) -> dict[str, Any]:
         low, high = (float(f"{self.value + side * self.half_width:.6g}") for side in (-1, 1))
@@ -43,6 +50,8 @@ class HeldConstant:
             "constant": self.free.key,
             "held": self.free.start,
             "because": "fixed" if self.free.tag == FIXED else "0",
+            "beside": self.beside,
+            "line": self.line,
             "wanted": {"value": float(f"{self.value:.6g}"), "unit": self.free.unit, "ci95": [low, high]},
             "holdout_before": self.before,
             "holdout_after": self.after,
@@ -51,7 +60,12 @@ class HeldConstant:
 
 def held_constants(loaded: LoadedRig, state: GateSearch, progress: Progress) -> list[HeldConstant]:
     """Those that would take most from the hold-out first; none where nothing is held."""
-    extra = [_scaled(free, state.current.model) for free in held(loaded, state.channels)]
+    return wanted(held(loaded, state.channels), state, progress)
+
+
+def wanted(constants: Sequence[Free], state: GateSearch, progress: Progress) -> list[HeldConstant]:
+    """Of these constants the ones that the logs want elsewhere, beside the present model of the search."""
+    extra = [_scaled(free, state.current.model) for free in constants]
     if not extra:
         return []
     done = _with(state.current, extra)

@@ -98,14 +98,14 @@ class Writer:
         """The file as it was where the best constants predict the hold-out no better."""
         state, lean = self.state, self.lean
         if state.steps:
-            state = _without_names(state)
+            state = without_names(state)
             lean = leanest(state, confidence(state.current, state.costs), self.progress)
         text = improved(self.loaded.text, lean, (), {}, ())
         file = ImprovedFile(text, lean, again(state, file_model(text)))
         return file if COST_AS_GOOD * file.cost < mean_cost(self.nominal) else self.unchanged()
 
 
-def _without_names(state: GateSearch) -> GateSearch:
+def without_names(state: GateSearch) -> GateSearch:
     """The search with constants alone, fitted to their end."""
     experiments = [e.experiment for e in state.nominal.evaluations]
     done, costs = fitted_to_its_end(state.nominal.model, experiments, state.costs, state.nominal.evaluations)

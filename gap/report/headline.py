@@ -7,6 +7,8 @@ from typing import Any
 from config.readable import number
 from gap.fitting.nuisance import HONEST
 from gap.outcome.file_units import FileUnits
+from gap.outcome.held_constants import FINISHED
+from gap.outcome.stated_zeros import ALONE
 
 _BAR = 30  # characters of a bar in a terminal
 
@@ -68,13 +70,33 @@ def _pulled(key: str, constant: dict[str, Any], units: FileUnits) -> str:
     return f"{alarm}the logs pull {key}: {values}, {pull(constant):.1f} prior standard deviations away. Check that number"
 
 
+def zero_lines(content: dict[str, Any], units: FileUnits) -> list[str]:
+    """What the file states as 0 and the logs want elsewhere: to be read before any name."""
+    return [_zero(item, units) for item in content["held"] if item["beside"] != FINISHED]
+
+
+def _zero(item: dict[str, Any], units: FileUnits) -> str:
+    by = "before any name" if item["beside"] == ALONE else f"as {item['beside']}"
+    check = "Measure it, or set it with the tag [A], and search again" if item["beside"] == ALONE else "Check that number"
+    return f"{item['constant']} is 0 in the rig file (line {item['line']}); {by} the logs want {_where_wanted(item, units)}. {check}"
+
+
+def held_lines(content: dict[str, Any], units: FileUnits) -> list[str]:
+    return [held_line(item, units) for item in content["held"] if item["beside"] == FINISHED]
+
+
 def held_line(item: dict[str, Any], units: FileUnits) -> str:
     """A constant that no fit may move, and where the logs want it."""
-    wanted, because = item["wanted"], "held by [fixed]" if item["because"] == "fixed" else "0 in the rig file"
+    because = "held by [fixed]" if item["because"] == "fixed" else "0 in the rig file"
+    return f"the logs want {item['constant']}, {because}, at {_where_wanted(item, units)}"
+
+
+def _where_wanted(item: dict[str, Any], units: FileUnits) -> str:
+    wanted = item["wanted"]
     shown = units.constant(item["constant"], wanted["unit"])
     span = f"{shown.text(wanted['value'])} ({shown.span(wanted['ci95'])})"
     gain = f"hold-out {number(float(item['holdout_before']))} → {number(float(item['holdout_after']))} noise floors"
-    return f"the logs want {item['constant']}, {because}, at {span}: {gain}"
+    return f"{span}: {gain}"
 
 
 def bars(content: dict[str, Any], units: FileUnits) -> list[str]:

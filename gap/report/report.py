@@ -15,7 +15,7 @@ from gap.outcome.found import Found
 from gap.remainder.remainder import sentence
 from gap.report import plots
 from gap.report.constants_table import constants_table
-from gap.report.headline import gap_line, grade, held_line, lead_line, look_alikes, pulled_lines, values
+from gap.report.headline import gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
 from gap.report.kept_sentence import kept_sentence
 from gap.report.naming_record import how_often_right, named_of
 from gap.report.replay import SMOOTH_S, replays
@@ -49,12 +49,13 @@ def _first_screen(found: Found, units: FileUnits) -> str:
         *(lead_line(item, units) for item in found.content["leads"]),
         gap_line(found.content),
         *pulled_lines(found.content, units),
-        *(held_line(item, units) for item in found.content["held"]),
+        *held_lines(found.content, units),
     ]
     channel = telling_channel(found)
     name = found.channels[channel]
     picture = plots.before_and_after(stages(found), channel, name, of_channel(found, name, units))
-    inside = f"<h1>{escape(found.rig.rig.name)}</h1>{said}{names}{''.join(map(paragraph, lines))}{picture}"
+    zeros = "".join(map(paragraph, zero_lines(found.content, units)))
+    inside = f"<h1>{escape(found.rig.rig.name)}</h1>{said}{zeros}{names}{''.join(map(paragraph, lines))}{picture}"
     return f'<section class="first">{inside}</section>'
 
 

@@ -84,11 +84,11 @@ def _find(arguments: argparse.Namespace) -> int:
 def summary(found: Found, out: Path, si: bool = False) -> str:
     """What a reader at the terminal needs, in the units of the rig file."""
     from gap.outcome.file_units import FileUnits
-    from gap.report.headline import bars, gap_line, grade, held_line, lead_line, look_alikes, pulled_lines, values
+    from gap.report.headline import bars, gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
     from gap.report.kept_sentence import kept_sentence
 
     content, units = found.content, FileUnits(found.rig.text, si)
-    lines = [f"verdict: {content['verdict']}", units.sentences.text(content["why"])]
+    lines = [f"verdict: {content['verdict']}", units.sentences.text(content["why"]), *zero_lines(content, units)]
     for item in content["findings"]:
         alike = f"; look-alikes: {look_alikes(item)}" if item["look_alikes"] else ""
         lines.append(f"  {item['effect']} at {item['where']} ({grade(item, units)}): {values(item, units)}; t {item['t']:.1f}{alike}")
@@ -97,7 +97,7 @@ def summary(found: Found, out: Path, si: bool = False) -> str:
         gap_line(content),
         *bars(content, units),
         *pulled_lines(content, units),
-        *(held_line(item, units) for item in content["held"]),
+        *held_lines(content, units),
     ]
     if content["remainder"] and content["remainder"]["kept"]:
         lines.append(units.sentences.text(kept_sentence(content["remainder"])))

@@ -7,7 +7,9 @@ import pytest
 
 from config.loading.load import load_rig
 from gap.outcome.file_units import FileUnits
-from gap.report.headline import bars, grade, held_line, pulled_lines, values
+from gap.outcome.held_constants import FINISHED
+from gap.outcome.stated_zeros import ALONE
+from gap.report.headline import bars, grade, held_line, held_lines, pulled_lines, values, zero_lines
 
 PSI_PA, INCH_M = 6894.757293168, 0.0254
 
@@ -83,6 +85,14 @@ def test_lines_of_the_terminal(units: FileUnits) -> None:
             "wanted": {"value": 1500 * PSI_PA, "unit": "Pa", "ci95": [1400 * PSI_PA, 1600 * PSI_PA]}}  # fmt: skip
     said = "the logs want plant.supply.pressure, held by [fixed], at 1500 psi (1400 to 1600): hold-out 3 → 1 noise floors"
     assert held_line(held, units) == said
+    zero = held | {"constant": "plant.supply.return_pressure", "because": "0", "line": 9,
+                   "wanted": {"value": 30 * PSI_PA, "unit": "Pa", "ci95": [20 * PSI_PA, 40 * PSI_PA]}}  # fmt: skip
+    told = {"held": [held | {"beside": FINISHED}, zero | {"beside": ALONE}, zero | {"beside": "return_back_pressure at supply"}]}
+    alone, named = zero_lines(told, units)
+    start = "plant.supply.return_pressure is 0 in the rig file (line 9); "
+    assert alone.startswith(f"{start}before any name the logs want 30 psi (20 to 40): hold-out 3 → 1 noise floors. Measure it")
+    assert named.startswith(f"{start}as return_back_pressure at supply the logs want 30 psi (20 to 40): hold-out 3 → 1")
+    assert held_lines(told, units) == [said]
     first, second = bars({"gap": {"channels": {"rotary.position": {"before": np.pi / 180, "after": np.pi / 1800, "unit": "rad"}}}}, units)
     assert first.endswith("1 deg")
     assert second.endswith("0.1 deg")
