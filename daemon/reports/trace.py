@@ -23,6 +23,7 @@ from servo_control.planning.run_plan import RunPlan
 from servo_control.planning.run_request import RunRequest
 from servo_control.signals import Mode
 
+APPROACH_SEGMENTS = 2  # the slow move and the hold after it
 AFTER_S = 2.0  # shown after the run's end
 BAND_HZ = (0.5, 25.0)
 
@@ -57,9 +58,9 @@ class Trace:
 
     @cached_property
     def start_s(self) -> float:
-        """Where the program begins, after the approach."""
-        approach = bool(self.plan and self.plan.segments and self.plan.segments[0].name == APPROACH)
-        rows = np.flatnonzero(self._running & (self.log.columns["segment"] > approach))
+        """Where the program begins, after the approach and the hold in which the arm comes to rest."""
+        approached = bool(self.plan and self.plan.segments and self.plan.segments[0].name == APPROACH)
+        rows = np.flatnonzero(self._running & (self.log.columns["segment"] > APPROACH_SEGMENTS * approached))
         return float(self.log.columns["t_s"][rows[0]]) if len(rows) else self.facts.start_t_s
 
     @cached_property

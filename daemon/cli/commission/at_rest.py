@@ -52,7 +52,7 @@ def sensors(context: Context) -> Outcome:
         if not len(good):
             values.append(Value(name, "no value", "a value", not signal.required))
             continue
-        mean, noise = float(np.mean(good)), float(np.std(good))
+        mean, noise = float(np.mean(good)), float(np.std(good)) if np.ptp(good) else 0.0
         low, high = (bound if bound is not None else own for bound, own in ((signal.low, -np.inf), (signal.high, np.inf)))
         limit = f"{context.shown(low, unit, name)} to {context.shown(high, unit, name)}" if np.isfinite([low, high]).all() else ""
         quiet = not np.isfinite(high - low) or noise <= MOST_NOISE * (high - low)

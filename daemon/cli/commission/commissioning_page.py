@@ -40,7 +40,7 @@ def commissioning_page(commissioning: Commissioning, rig_text: str) -> str:
 def _row(number: int, step: CommissionStep, record: StepRecord | None) -> list[object]:
     if record is None:
         return [number, step.name, "to do", "", "", "", step.page]
-    return [number, step.name, record.outcome.word, record.date_utc, record.by, record.on, step.page]
+    return [number, step.name, record.outcome.word, record.date_utc[:19].replace("T", " "), record.by, record.on, step.page]
 
 
 def _details(number: int, step: CommissionStep, record: StepRecord) -> str:

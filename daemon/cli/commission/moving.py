@@ -102,7 +102,7 @@ def _judged(context: Context, name: str, unit: str, moves: Sequence[FullRate]) -
     feedforward = context.rig.servo[name].velocity_feedforward
     values = [
         Value(f"{name} polarity", "positive" if per_volt > 0.0 else "negative", "positive", per_volt > 0.0),
-        Value(f"{name} null of the valve", f"{1e3 * null_V:.1f} mV", f"within ±{1e3 * most_V:.0f} mV", abs(null_V) <= most_V),
+        Value(f"{name} null of the valve", f"{1e3 * null_V:z.1f} mV", f"within ±{1e3 * most_V:.0f} mV", abs(null_V) <= most_V),
         Value(f"{name} friction", f"±{1e3 * friction_V:.1f} mV"),
     ]
     if feedforward > 0.0:

@@ -20,6 +20,7 @@ from daemon.reports.earlier_run import last_valid_run
 from daemon.reports.missing_pages import watch
 from daemon.reports.run_report import run_page, write_reports
 from daemon.reports.simulated_run import simulated_run
+from daemon.reports.trace import Trace
 from recording.evaluation.vibration import hold_vibration
 from recording.files.reader import Log, open_rig, read_log
 from tests.support.daemon.rigs import simple_rig
@@ -46,6 +47,23 @@ def page(logs: list[Path]) -> Path:
 @pytest.fixture(scope="module")
 def simulated(logs: list[Path]) -> Log:
     return simulated_run(read_log(logs[1]), 2)
+
+
+@pytest.mark.slow
+def test_time_is_0_where_the_program_begins_with_and_without_an_approach(tmp_path: Path) -> None:
+    """The arm stands 40 mm away before the first run and at the program's start before the second one."""
+    away = {"maneuver": {"name": "jog", "parameters": {"joint": "prismatic", "by": "40 mm"}}}
+    line = {"maneuver": {"name": "paper_line"}, "shaper": {"kind": "none"}, "approach": True}
+    *_, first, second = run_lockstep(load_rig("ornl_testbed"), [away, line, line], tmp_path)
+    traces = [Trace("", read_log(log), number, {}) for number, log in ((2, first), (3, second))]
+    assert [trace.plan is not None and trace.plan.segments[0].name for trace in traces] == ["approach", "move 1"]
+    for joint in ("rotary", "prismatic"):
+        lines = [trace.line(f"{joint}.target") for trace in traces]
+        assert lines[0] is not None
+        assert lines[1] is not None
+        when = np.arange(0.0, 18.0, 0.1)
+        targets = [np.interp(when, line.x, line.y) for line in lines if line is not None]
+        np.testing.assert_allclose(targets[0], targets[1], atol=1e-3)  # it begins where the arm stands
 
 
 @pytest.mark.slow
