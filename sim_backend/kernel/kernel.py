@@ -32,7 +32,7 @@ from sim_backend.memory.layout import (
 )
 from sim_backend.memory.work import LINK_DAMPING, REFERENCE_VISCOSITY, SIGNAL_START, W_STRIDE, W, copy
 from sim_backend.physics.chambers import ATMOSPHERE_PA, air_share, oil_pressure
-from sim_backend.physics.link import damping_factor, frequency_equation, highest_frequency
+from sim_backend.physics.link import damping_factor, fastest_rate, frequency_equation
 from sim_backend.physics.sensors import follow_sensors, raw_counts, true_signals
 from sim_backend.physics.table import COMMAND
 from sim_backend.physics.thermal import reference_viscosity, temperature_terms, thermal_step, thinning
@@ -40,7 +40,7 @@ from sim_backend.physics.valve import spool_command, spool_rates
 
 _HALF_UP = 1e-9  # a period of exactly n steps must not be cut into n + 1 by rounding
 _SURELY = 0.99  # for the rounding of roots that are not taken
-_RESOLVED = 2.0  # frequency times step; fourth-order Runge-Kutta is stable up to 2.83
+_RESOLVED = 2.0  # eigenvalue times step; fourth-order Runge-Kutta is stable up to 2.83 if it vibrates, 2.79 if it creeps
 
 
 @compiled
@@ -151,20 +151,22 @@ def runge_kutta_step(x: Vector, p: Vector, w: Vector, y: Vector, d: Vector, tota
 
 @compiled
 def resolves(step_s: float, length: float, p: Vector) -> bool:
-    """Whether a step is surely short enough for the link, without a root: both frequencies' squares together have room in it."""
-    determinant, half, _ = frequency_equation(length, p)
-    return 2.0 * half * step_s * step_s < _SURELY * _RESOLVED * _RESOLVED * determinant
+    """Whether a step is surely short enough for the link, without a root: both frequencies' squares together have room in it, and their sum
+    over their product tells that the second shape vibrates, not creeps."""
+    determinant, half, product = frequency_equation(length, p)
+    vibrates = 4.0 * half * half * p[C.LINK_DAMPING] * p[C.LINK_DAMPING] < _SURELY * determinant * product
+    return vibrates and 2.0 * half * step_s * step_s < _SURELY * _RESOLVED * _RESOLVED * determinant
 
 
 @compiled
 def steps_within(period_s: float, x: Vector, p: Vector) -> int:
     """Equal steps that a control period is cut into: none longer than `plant.step`, nor than the link's second shape allows at its
-    present length. That frequency rises with the inverse square of the length; fully retracted it asks for the shortest steps."""
+    present length. Its frequency rises with the inverse square of the length; fully retracted it asks for the shortest steps."""
     longest = p[C.STEP]
     if p[C.ARM] > 0.0 and p[C.BENDING_STIFFNESS] > 0.0:
         length = max(p[J_START + J_STRIDE + J.LOW], x[D_STRIDE + D.POSITION])
         if not resolves(longest, length, p):
-            longest = min(longest, _RESOLVED / highest_frequency(length, p))
+            longest = min(longest, _RESOLVED / fastest_rate(length, p))
     return int(max(ceil(period_s / longest - _HALF_UP), 1))
 
 

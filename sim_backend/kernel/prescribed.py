@@ -12,7 +12,7 @@ from config.schema.rig import Rig
 from sim_backend.kernel.parameters import Parameters
 from sim_backend.memory.compiled import compiled
 from sim_backend.memory.layout import C, Vector
-from sim_backend.physics.link import damping_factor, highest_frequency, mass_and_bias, shape_forces, tip_acceleration
+from sim_backend.physics.link import damping_factor, fastest_rate, mass_and_bias, shape_forces, tip_acceleration
 
 _STEP_FREQUENCY = 0.5  # frequency times step: the fastest shape is resolved, not only stable
 
@@ -42,7 +42,7 @@ def link_response(
         raise PlantError("all columns of a prescribed motion must have the length of t", value=motion.shape[0], limit=t.size)
     acceleration, deflection = np.empty(t.size), np.empty(t.size)
     step_s = float(t[1] - t[0])
-    substeps = max(ceil(step_s * highest_frequency(float(motion[:, 2].min()), p) / _STEP_FREQUENCY), 1)
+    substeps = max(ceil(step_s * fastest_rate(float(motion[:, 2].min()), p) / _STEP_FREQUENCY), 1)
     _integrate(p, motion, step_s, substeps, acceleration, deflection)
     return acceleration, deflection
 

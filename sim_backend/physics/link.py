@@ -51,6 +51,15 @@ def highest_frequency(length: float, p: Vector) -> float:
 
 
 @compiled
+def fastest_rate(length: float, p: Vector) -> float:
+    """Largest eigenvalue of the clamped link, 1/s. Damping that grows with stiffness gives the second shape ζ₂ = ζ₁ ω₂ / ω₁; beyond 1 it
+    creeps back, and springs off, at ω₂ (ζ₂ ± √(ζ₂² − 1)) instead of vibrating at ω₂."""
+    second = highest_frequency(length, p)
+    damping = abs(p[C.LINK_DAMPING]) * second / first_frequency(length, p)
+    return second * (damping + sqrt(damping * damping - 1.0)) if damping > 1.0 else second
+
+
+@compiled
 def rigid_accelerations(
     theta: float, theta_d: float, length: float, length_d: float, torque: float, force: float, extra_0: float, extra_1: float, p: Vector
 ) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from sim_backend.kernel.batch import WindowPlan, carry
 from sim_backend.kernel.measured_state import correct
 from sim_backend.kernel.servo_run import servo_volts
 from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, J_START, J_STRIDE, TARGETS, C, D, J, Kind
-from sim_backend.physics.link import highest_frequency
+from sim_backend.physics.link import fastest_rate
 from sim_backend.physics.table import COMMAND
 from sim_backend.plant import SimulatedRig
 
@@ -149,14 +149,16 @@ def test_new_commands_change_no_rates_but_those_of_the_spools() -> None:
     np.testing.assert_array_equal(known, anew)
 
 
-def test_the_step_is_that_of_the_highest_frequency_at_every_length() -> None:
+@pytest.mark.parametrize("damping_ratio", [0.0, 0.005, 0.05, 0.5, -0.1])
+def test_the_step_is_that_of_the_fastest_rate_at_every_length(damping_ratio: float) -> None:
     sim = shipped()
     x, p = sim.state, sim.parameters.values
+    p[C.LINK_DAMPING] = damping_ratio
     p[J_START + J_STRIDE + J.LOW] = 0.02
     seen = set()
     for length in np.geomspace(0.02, 2.0, 400):
         x[D_STRIDE + D.POSITION] = length
-        longest = min(float(p[C.STEP]), 2.0 / highest_frequency(length, p))
+        longest = min(float(p[C.STEP]), 2.0 / fastest_rate(length, p))
         wanted = max(int(np.ceil(PERIOD_S / longest - 1e-9)), 1)
         assert kernel.steps_within(PERIOD_S, x, p) == wanted
         seen.add(wanted)

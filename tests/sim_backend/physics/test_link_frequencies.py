@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from sim_backend.memory.layout import C
-from sim_backend.physics.link import first_frequency, highest_frequency, mass_and_bias
+from sim_backend.physics.link import damping_factor, fastest_rate, first_frequency, highest_frequency, mass_and_bias
 from tests.support.sim_backend.plants import INCH_M, POUND_KG, SimulatedRig, ornl
 
 EI, LINE = 3556.75, 2.545698
@@ -50,6 +50,19 @@ def kernel_frequencies(p: np.ndarray, length: float) -> tuple[float, float]:
 @pytest.fixture(scope="module")
 def parameters() -> np.ndarray:
     return SimulatedRig(ornl()).parameters.values
+
+
+@pytest.mark.parametrize("damping_ratio", [0.0, 0.01, 0.1, 0.5])
+@pytest.mark.parametrize("length_in", [12, 30, 60])
+def test_the_fastest_rate_is_the_largest_eigenvalue(parameters: np.ndarray, length_in: int, damping_ratio: float) -> None:
+    """Of the damped shapes as a first-order system; a second shape that is damped beyond 1 creeps faster than it would vibrate."""
+    p, length = parameters.copy(), length_in * INCH_M
+    p[C.LINK_DAMPING] = damping_ratio
+    *_, e11, e12, e22, _, _, _, _ = mass_and_bias(0.0, length, 0.0, 0.0, 0.0, 0.0, 0.0, p)
+    mass, bending = np.array([[e11, e12], [e12, e22]]), np.diag([3.0, 7.2])
+    stiffness, damping = p[C.BENDING_STIFFNESS] / length**3 * bending, damping_factor(length, p) * bending
+    system = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])
+    assert fastest_rate(length, p) == pytest.approx(np.abs(np.linalg.eigvals(system)).max(), rel=1e-9)
 
 
 @pytest.mark.parametrize("length_in", range(12, 61, 6))
