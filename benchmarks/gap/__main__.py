@@ -1,10 +1,11 @@
 """How long a whole search takes: logs of the simulated testbed at 1 kHz, an effect deleted from the rig file, all candidates.
 
-    python -m benchmarks.gap [EFFECT@PLACE] [--periods 5] [--workers 2] [--dask 1 2 --verdicts 4]
+    python -m benchmarks.gap [EFFECT@PLACE] [--periods 5] [--workers 2] [--one-in 1 2 4] [--dask 1 2 --verdicts 4]
 
-For each length of the fit log (12 s a period of the multisine) and each number of threads: seconds, processor seconds, and what was
-simulated for the verdict. With `--dask` then the same for several verdicts beside each other on so many workers of a Dask cluster.
-Not part of `make bench`: a search takes about a minute on an idle machine, the recording of the logs another.
+For each length of the fit log (12 s a period of the multisine), each number of threads and each share of the candidates (one in so many
+of all other effects): seconds, processor seconds, and what was simulated for the verdict. With `--dask` then the same for several verdicts
+beside each other on so many workers of a Dask cluster. Not part of `make bench`: a search takes about a minute on an idle machine, the
+recording of the logs another.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import resource
 import tempfile
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +41,7 @@ def main() -> None:
     parser.add_argument("effect", nargs="?", default="coulomb_friction@rotary", help="what is deleted, and where (default %(default)s)")
     parser.add_argument("--periods", type=int, nargs="+", default=[5], metavar="N", help="of the fit log's multisine (default 5: 60 s)")
     parser.add_argument("--workers", type=int, nargs="+", default=[PROCESSORS], metavar="N", help="threads (default %(default)s)")
+    parser.add_argument("--one-in", type=int, nargs="+", default=[1], metavar="N", help="so many candidates is tried (default: all)")
     parser.add_argument("--dask", type=int, nargs="+", default=[], metavar="N", help="workers of a Dask cluster, one thread each")
     parser.add_argument("--verdicts", type=int, default=4, metavar="N", help="searches on each cluster (default %(default)s)")
     arguments = parser.parse_args()
@@ -50,8 +53,8 @@ def main() -> None:
         held = _log(rig, {"maneuver": {"name": "joint_steps"}, "parameters": {"steps": STEPS}}, out / "holdout", 1)
         for periods in arguments.periods:
             fitted = _log(rig, {"maneuver": {"name": "multisine"}, "parameters": {"periods": periods}}, out / f"fit{periods}", 0)
-            for workers in arguments.workers:
-                _search(Search(model, fitted, held, out / f"found{periods}-{workers}", workers))
+            for workers, one_in in product(arguments.workers, arguments.one_in):
+                _search(Search(model, fitted, held, out / f"found{periods}-{workers}-{one_in}", workers, effect, one_in))
             for workers in arguments.dask:
                 _verdicts(Search(model, fitted, held, out / f"dask{periods}-{workers}", 1), workers, arguments.verdicts)
     print(

@@ -6,31 +6,40 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 from unittest.mock import patch
+from zlib import crc32
 
+from config.schema.rig import Rig
+from gap import conclusion
 from gap.executor import each, executor
 from gap.find import find
 from gap.fitting import initial_states, simulate
+from gap.search import joint_fits, select
 from gap.search.settings import Settings
+from gap.signatures.candidates import Candidate, candidates
 from sim_backend.kernel.batch import WindowPlan
 
 CARRIED, RESTARTED = (simulate, "carry"), (initial_states, "restart")
+ASKING = (select, joint_fits, conclusion)  # for the candidates
 
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """What one task is given: files as every worker sees them, and threads of the search."""
+    """What one task is given: files as every worker sees them, threads of the search, and the effect deleted; of the candidates of other
+    effects only one in `one_in` is tried."""
 
     model: Path
     fitted: Path
     held: Path
     out: Path
     threads: int
+    deleted: str = ""
+    one_in: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +85,23 @@ def counted() -> Iterator[list[Counted]]:
         yield counts
 
 
+@contextmanager
+def fewer(deleted: str, one_in: int) -> Iterator[None]:
+    """Fewer candidates, chosen by their labels alone."""
+
+    def some(rig: Rig, channels: frozenset[str]) -> list[Candidate]:
+        return [each for each in candidates(rig, channels) if each.effect == deleted or crc32(each.label.encode()) % one_in == 0]
+
+    with ExitStack() as patches:
+        for module in ASKING:
+            patches.enter_context(patch.object(module, "candidates", some))
+        yield
+
+
 def measured(search: Search) -> Took:
     """Run one search."""
     said: list[str] = []
-    with counted() as (carried, restarted):
+    with counted() as (carried, restarted), fewer(search.deleted, search.one_in):
         began, processor = time.time(), time.process_time()
         settings = Settings(propose=False, workers=search.threads)
         found = find(search.model, [search.fitted], [search.held], search.out, said.append, settings)
