@@ -14,16 +14,14 @@ from config.errors import LongreachError
 from config.stated_sentences import Conversion
 from recording.evaluation.chosen_signals import ChosenSignal, in_unit
 from recording.evaluation.panels import Line
+from recording.evaluation.program_start import plan_of, program_start_s
 from recording.evaluation.spectrum import hann_spectrum, without_gaps
-from recording.evaluation.vibration import APPROACH, TIP, HoldVibration, hold_vibration
+from recording.evaluation.vibration import TIP, HoldVibration, hold_vibration
 from recording.files.info import RunFacts, run_of
-from recording.files.reader import Log, open_rig
-from servo_control.planning.planning import plan_run
+from recording.files.reader import Log
 from servo_control.planning.run_plan import RunPlan
-from servo_control.planning.run_request import RunRequest
 from servo_control.signals import Mode
 
-APPROACH_SEGMENTS = 2  # the slow move and the hold after it
 AFTER_S = 2.0  # shown after the run's end
 BAND_HZ = (0.5, 25.0)
 
@@ -50,18 +48,11 @@ class Trace:
 
     @cached_property
     def plan(self) -> RunPlan | None:
-        """None where it cannot be planned again: no request, or a rig file of another version."""
-        try:
-            return plan_run(open_rig(self.log), RunRequest.from_json(self.log.attachments[f"run-{self.run}.json"]))
-        except (LongreachError, KeyError):
-            return None
+        return plan_of(self.log, self.run)
 
     @cached_property
     def start_s(self) -> float:
-        """Where the program begins, after the approach and the hold in which the arm comes to rest."""
-        approached = bool(self.plan and self.plan.segments and self.plan.segments[0].name == APPROACH)
-        rows = np.flatnonzero(self._running & (self.log.columns["segment"] > APPROACH_SEGMENTS * approached))
-        return float(self.log.columns["t_s"][rows[0]]) if len(rows) else self.facts.start_t_s
+        return program_start_s(self.log, self.run, self.plan)
 
     @cached_property
     def rows(self) -> slice:

@@ -1,4 +1,4 @@
-"""What differs between two logs: rig file, maneuver, filter, software; and every signal, aligned on the start of the run."""
+"""What differs between two logs: rig file, maneuver, filter, software; and every signal, aligned on where the program begins."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from config.errors import LogError, LongreachError
 from config.parsing.yaml_tree import parse
 from recording.evaluation.chosen_signals import DEVICE_ENDINGS, ChosenSignal, column_conversions, in_unit
 from recording.evaluation.panels import Line, Panel
+from recording.evaluation.program_start import plan_of, program_start_s
 from recording.evaluation.vibration import HoldVibration, hold_vibration
 from recording.files.info import run_facts, run_of
 from recording.files.reader import Log
@@ -43,7 +44,7 @@ class ChangedValue:
 @dataclass(frozen=True, slots=True)
 class SignalDifference:
     """B - A over the common time of the two runs, in `unit`. `share`: rms of the difference over the rms of A about its mean (NaN: A does
-    not move). `at_s`: time since the run began of the largest difference."""
+    not move). `at_s`: time since the program began of the largest difference."""
 
     name: str
     unit: str
@@ -107,7 +108,7 @@ def difference(a: Log, b: Log, runs: tuple[int, int] | None = None, si: bool = F
     """
     chosen = runs or (_first_run(a), _first_run(b))
     pairs = dict(_pairs(a, b, chosen, si))
-    overlap_s = max((float(pair[0].t_s[-1]) for pair in pairs.values()), default=0.0)
+    overlap_s = max((float(pair[0].t_s[-1] - pair[0].t_s[0]) for pair in pairs.values()), default=0.0)
     changed = (*_facts(a, b), *_rig(a, b), *_requests(a, b, chosen))
     return LogDifference(chosen, overlap_s, changed, tuple(_compared(*pair) for pair in pairs.values()), _vibration(a, b, chosen), pairs)
 
@@ -116,31 +117,32 @@ def _first_run(log: Log) -> int:
     return next((run.number for run in run_facts(log)), 0)
 
 
-def _span(log: Log, run: int) -> tuple[float, float]:
+def _span(log: Log, run: int) -> tuple[float, float, float]:
+    """Start, end, and where the program begins."""
     t = log.columns["t_s"]
     if not len(t):
         raise LogError("the log holds no cycle", where=str(log.path), next_step="Run `longreach log check`.")
     if run == 0:
-        return float(t[0]), float(t[-1])
+        return float(t[0]), float(t[-1]), float(t[0])
     found = run_of(log, run)
-    return found.start_t_s, found.start_t_s + found.duration_s
+    return found.start_t_s, found.start_t_s + found.duration_s, program_start_s(log, run, plan_of(log, run))
 
 
 def _pairs(a: Log, b: Log, runs: tuple[int, int], si: bool) -> Iterator[tuple[str, tuple[ChosenSignal, ChosenSignal]]]:
-    """Both logs' signals over the time since their run began that both have, on A's cycles."""
-    (start_a, end_a), (start_b, end_b) = _span(a, runs[0]), _span(b, runs[1])
-    length_s = min(end_a - start_a, end_b - start_b)
+    """Both logs' signals over the time since their program began that both have, on A's cycles."""
+    (start_a, end_a, zero_a), (start_b, end_b, zero_b) = _span(a, runs[0]), _span(b, runs[1])
+    first_s, last_s = max(start_a - zero_a, start_b - zero_b), min(end_a - zero_a, end_b - zero_b)
     units = {} if si else column_conversions(a)
     for name in a.columns:
         if name in _LOOP or name.endswith(DEVICE_ENDINGS) or name not in b.columns:
             continue
         mine, other = in_unit(a, name, slice(None), units), in_unit(b, name, slice(None), units)
-        time = mine.t_s - start_a
-        rows = (time >= -1e-9) & (time <= length_s + 1e-9) & np.isfinite(mine.values)
+        time = mine.t_s - zero_a
+        rows = (time >= first_s - 1e-9) & (time <= last_s + 1e-9) & np.isfinite(mine.values)
         there = np.isfinite(other.values)
         if not rows.any() or not there.any():
             continue
-        on_a = np.interp(time[rows], other.t_s[there] - start_b, other.values[there])
+        on_a = np.interp(time[rows], other.t_s[there] - zero_b, other.values[there])
         yield name, (ChosenSignal(name, mine.unit, time[rows], mine.values[rows]), ChosenSignal(name, mine.unit, time[rows], on_a))
 
 
