@@ -11,7 +11,8 @@ from tuning.new_rig.axis import BULK_MODULUS_PA, Axis
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """What the user gave, as text for the file. `size`: lines of the actuator's size; `iso_vg`: grade of the oil."""
+    """What the user gave, as text for the file. `size`: lines of the actuator's size; `iso_vg`: grade of the oil; `assumed`: what was
+    not given, by its name here."""
 
     name: str
     description: str
@@ -26,6 +27,10 @@ class Stated:
     iso_vg: int
     position: Mapping[str, str]  # resolution, noise
     chamber_pressures: bool
+    assumed: frozenset[str] = frozenset()
+
+    def tag(self, name: str) -> str:
+        return "[A]" if name in self.assumed else "[DS]"
 
 
 def rig_text(axis: Axis, stated: Stated) -> str:
@@ -97,7 +102,7 @@ def joint_lines(axis: Axis, stated: Stated) -> list[str]:
         f" {length(axis, back, '/s')} back",
         f"    acceleration_limit: {length(axis, axis.acceleration_limit, '/s^2')}  # [D] 0.3 of the force at most, gentle to the resonance",
         f"    following_error_limit: {length(axis, 0.05 * axis.stroke)}  # [A] a twentieth of the stroke",
-        f"    command_limit: {stated.full_scale}  # [DS] full opening",
+        f"    command_limit: {stated.full_scale}  # {stated.tag('full_scale')} full opening",
         f"    command_rate_limit: {2 * axis.full_scale_V / axis.stroke_time_s:.4g} V/s  # [A] twice what the spool can follow",
     ]
 
@@ -195,9 +200,9 @@ def plant_joint_lines(axis: Axis, stated: Stated) -> list[str]:
         f"      bristle_fade: {length(axis, 0.01 * axis.rate_limit, '/s')}  # [A]",
         "      valve:",
         f"        rated_flow: {stated.rated_flow}  # [DS]",
-        f"        rated_pressure_drop: {stated.rated_drop}  # [DS] over both lands",
-        f"        full_scale: {stated.full_scale}  # [DS]",
-        f"        stroke_time: {stated.stroke_time}  # [DS]",
+        f"        rated_pressure_drop: {stated.rated_drop}  # {stated.tag('rated_drop')} over both lands",
+        f"        full_scale: {stated.full_scale}  # {stated.tag('full_scale')}",
+        f"        stroke_time: {stated.stroke_time}  # {stated.tag('stroke_time')}",
         "        null_rounding: 0.0165         # [C]",
     ]
 
@@ -208,7 +213,7 @@ def oil_lines(stated: Stated) -> list[str]:
         "    density: 870 kg/m^3               # [C] mineral oil",
         "    specific_heat: 1900 J/kg/K        # [C]",
         f"    bulk_modulus: {BULK_MODULUS_PA / 1e9:.3g} GPa  # [C] under pressure, hoses and a little air counted in",
-        f"    iso_vg: {stated.iso_vg}  # [DS]",
+        f"    iso_vg: {stated.iso_vg}  # {stated.tag('iso_vg')}",
         "    initial_temperature: 40 degC      # [A]",
     ]
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 JOINTS = ("rotary", "prismatic")
 
 
-def arm_files(arguments: argparse.Namespace, given: Mapping[str, str]) -> tuple[dict[str, str], dict[str, Axis]]:
+def arm_files(arguments: argparse.Namespace, given: Mapping[str, str], assumed: frozenset[str]) -> tuple[dict[str, str], dict[str, Axis]]:
     """File stem → text, and the axes by their joints."""
     from config.loading.load import rig_from_text
     from tuning.new_rig.arm import with_stable_gain, with_tip_limits
@@ -33,7 +33,7 @@ def arm_files(arguments: argparse.Namespace, given: Mapping[str, str]) -> tuple[
     (rotary, of_rotary), (prismatic, of_prismatic) = (axis_of(words[joint], joint == "rotary") for joint in JOINTS)
     rotary, prismatic = with_tip_limits(rotary, longest), replace(prismatic, low=shortest, high=longest)
     both = [
-        stated(arguments, {**words[joint], "inertia": ""}, size, "Arm")
+        stated(arguments, {**words[joint], "inertia": ""}, assumed, size, "Arm")
         for joint, size in zip(JOINTS, (of_rotary, of_prismatic), strict=True)
     ]
     material = f"{given['tube_outside']} / {given['tube_inside']} {tube.material} tube"

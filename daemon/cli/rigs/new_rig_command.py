@@ -69,16 +69,16 @@ def _write(folder: Path, files: dict[str, str]) -> None:
 def _made(arguments: argparse.Namespace, ask: Any) -> tuple[dict[str, str], dict[str, Axis]]:
     """File stem → text, and the axes by their joints."""
     kind = choose_kind(arguments.kind, ask)
-    given = answers(arguments, kind, ask)
+    given, assumed = answers(arguments, kind, ask)
     if kind == ARM:
         from daemon.cli.rigs.new_arm import arm_files
 
-        return arm_files(arguments, given)
+        return arm_files(arguments, given, assumed)
     from tuning.new_rig.maneuver_texts import maneuver_texts
     from tuning.new_rig.rig_text import rig_text
 
     axis, size = axis_of(given, kind == ROTARY)
-    said = stated(arguments, given, size, "Rotary actuator" if axis.rotary else "Cylinder")
+    said = stated(arguments, given, assumed, size, "Rotary actuator" if axis.rotary else "Cylinder")
     return {arguments.name: rig_text(axis, said)} | maneuver_texts(axis, arguments.name, said.joint), {said.joint: axis}
 
 

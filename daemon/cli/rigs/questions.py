@@ -86,16 +86,19 @@ def of_kind(kind: str) -> list[Question]:
     return [question for question in QUESTIONS if kind in question.kinds]
 
 
-def answers(arguments: argparse.Namespace, kind: str, ask: Callable[[str], str] | None) -> dict[str, str]:
-    """Every answer as the user writes it, checked; asked for with `ask` where a flag is missing. UsageError names all flags that are wrong
-    or missing at once."""
+def answers(arguments: argparse.Namespace, kind: str, ask: Callable[[str], str] | None) -> tuple[dict[str, str], frozenset[str]]:
+    """Every answer as the user writes it, checked, and the keys of those that were not given and stand at their default. Asked for with
+    `ask` where a flag is missing. UsageError names all flags that are wrong or missing at once."""
     found: dict[str, str] = {}
+    assumed: set[str] = set()
     wrong: list[str] = []
     for question in of_kind(kind):
         given = getattr(arguments, question.key)
         if given is None and ask is not None:
             given = _asked(question, kind, found, ask)
-        given = question.default if given is None else given
+        if given is None and question.default is not None:
+            assumed.add(question.key)
+            given = question.default
         problem = "is missing" if given is None else _problem(question, kind, found, given)
         if problem:
             wrong.append(f"--{question.flag} {problem}")
@@ -104,7 +107,7 @@ def answers(arguments: argparse.Namespace, kind: str, ask: Callable[[str], str] 
     if wrong:
         example = "e.g. --bore '16 mm' --rated-flow '10 l/min' --supply '70 bar'; in a terminal `longreach new-rig` asks for each"
         raise UsageError("; ".join(wrong), where="new-rig", next_step=f"Give them with units, {example}.")
-    return found
+    return found, frozenset(assumed)
 
 
 def _asked(question: Question, kind: str, found: Mapping[str, str], ask: Callable[[str], str]) -> str | None:

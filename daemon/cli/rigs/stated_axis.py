@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Pair = tuple[float, float]
 
 
-def stated(arguments: argparse.Namespace, given: Mapping[str, str], size: Mapping[str, str], kind: str) -> Stated:
+def stated(arguments: argparse.Namespace, given: Mapping[str, str], assumed: frozenset[str], size: Mapping[str, str], kind: str) -> Stated:
     """What goes into the file as the user wrote it."""
     from tuning.new_rig.rig_text import Stated
 
@@ -34,6 +34,7 @@ def stated(arguments: argparse.Namespace, given: Mapping[str, str], size: Mappin
         iso_vg=grade(given["iso_vg"]),
         position={key: given[key] for key in ("resolution", "noise")},
         chamber_pressures=arguments.chamber_pressures,
+        assumed=assumed,
     )
 
 

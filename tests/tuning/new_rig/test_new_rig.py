@@ -16,6 +16,8 @@ from hypothesis import strategies as some
 from config.checking.check import check_rig
 from config.loading.load import load_rig, rig_from_text
 from config.oil_grades import GRADES, walther_constants
+from config.parsing.provenance import tag_of
+from config.parsing.yaml_tree import parse
 from daemon.cli.main import main
 from recording.files.reader import read_log
 from sim_backend.plant import SimulatedRig
@@ -90,6 +92,17 @@ def test_the_files_pass_check_and_the_simulated_axis_runs_them(
     columns = read_log(log).columns
     travel = loaded.rig.joints["axis"].travel
     assert abs(columns["axis.position"][-1] - columns["axis.reference"][-1]) < 0.002 * (travel[1] - travel[0])
+
+
+@pytest.mark.parametrize("given", [[], ["--stroke-time", "10 ms", "--rated-drop", "70 bar", "--full-scale", "10 V", "--iso-vg", "46"]])
+def test_what_was_not_given_is_tagged_as_assumed(tmp_path: Path, given: list[str]) -> None:
+    """A search trusts a data sheet's number to 3 %, an assumed one to a quarter."""
+    assert main(["new-rig", "bench", *CYLINDER, *given, "-o", str(tmp_path / "bench")]) == 0
+    tree = parse(load_rig(tmp_path / "bench" / "bench.yaml").text, "bench.yaml")
+    plant, valve = ("plant", "joints", "axis"), ("plant", "joints", "axis", "valve")
+    asked = [(*valve, "stroke_time"), (*valve, "rated_pressure_drop"), (*valve, "full_scale"), ("plant", "oil", "iso_vg")]
+    assert {tag_of(tree, path) for path in asked} == {"DS" if given else "A"}
+    assert {tag_of(tree, (*plant, key)) for key in ("bore", "rod", "mass")} == {tag_of(tree, (*valve, "rated_flow"))} == {"DS"}
 
 
 def test_questions_are_asked_again_until_they_can_be_read(
