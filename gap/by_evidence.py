@@ -92,7 +92,7 @@ def _on_all(state: GateSearch, hypothesis: Hypothesis) -> Whole:
 
 def _half_width(search: EvidenceSearch, chosen: Hypothesis) -> Array:
     """95 % of the posterior, of every free number in its unit."""
-    sd = np.sqrt(np.diag(np.linalg.inv(posterior(search.seen, chosen.at).precision)))
+    sd = np.sqrt(np.diag(np.linalg.inv(posterior(replace(search.seen, counts=1.0), chosen.at).precision)))
     return np.asarray(1.96 * sd * chosen.model.scales * stretch(chosen.model))
 
 

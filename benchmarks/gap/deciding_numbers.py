@@ -18,16 +18,27 @@ from gap.data.measured import load
 from gap.evidence import deciding_numbers, opening, posterior, search_state, stages
 from gap.evidence.noise import discrepancy
 from gap.evidence.posterior import shares
-from gap.evidence.score import changed, prior
+from gap.evidence.score import changed, coarsening, prior
 from gap.fitting.nuisance import nuisances
 from gap.search.opening import experiments_of
 from gap.search.settings import Settings
 from tests.support.gap import axis_logs
 from tests.support.gap.maxwell_axis import maxwell_axis
 
-USERS: tuple[ModuleType, ...] = (changed, opening, posterior, prior, search_state, stages, discrepancy, deciding_numbers)
-# What the words alone use moves no probability, and MOST_EFFECTS bounds work.
-NUMBERS = ("MEMORY_S", "SPREAD", "HONEST", "EXPECTED", "OTHER_FORM", "RANGE_SDS", "CHANGED_TIMES", "NEGLIGIBLE", "LEAST_DISCREPANCY")
+USERS: tuple[ModuleType, ...] = (changed, coarsening, opening, posterior, prior, search_state, stages, discrepancy, deciding_numbers)
+# What the words alone use moves no probability.
+NUMBERS = (
+    "MEMORY_S",
+    "SPREAD",
+    "HONEST",
+    "LEAST_DISCREPANCY",
+    "OTHER_FORM",
+    "COUNT",
+    "EXPECTED",
+    "RANGE_SDS",
+    "CHANGED_TIMES",
+    "NEGLIGIBLE",
+)
 SECONDS = 8.0
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gap.evidence.noise.discrepancy import on_other_logs
-from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, point_of
+from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, opened, point_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 
 
@@ -26,16 +26,27 @@ def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
     return hypothesis_of(both, hypothesis.suspects, descended(both, point))
 
 
+def rescued(seen: Seen, judged: Hypothesis, smaller: Hypothesis, held: Seen) -> Hypothesis:
+    """A set that has ended on all logs below one that is a part of it, from where that ended: a model may run away on a motion it was not
+    fitted to, and no step leads back from there."""
+    theta, there = judged.model.theta.copy(), dict(zip((f.key for f in smaller.model.free), smaller.model.theta, strict=True))
+    for number, free in enumerate(judged.model.free):
+        theta[number] = there.get(free.key, theta[number])
+    both = _together(seen, held)
+    point = opened(both, judged.model.with_theta(theta), smaller.at.discrepancy)
+    return max(judged, hypothesis_of(both, judged.suspects, descended(both, point)), key=lambda one: one.log_z)
+
+
 def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
     """What `on_all_logs` gave, with sensitivities of its own there: between sets of which either may be right, the way must not decide."""
     return finished(_together(seen, held), judged.suspects, judged.at, FEW_PASSES)
 
 
 def _together(seen: Seen, held: Seen) -> Seen:
-    return Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model)
+    return Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model, seen.counts)
 
 
-def of_rig_file(nominal: Hypothesis, held: Seen) -> float:
+def of_rig_file(nominal: Hypothesis, held: Seen, counts: float) -> float:
     """ln p(hold-out) of the rig file as it is: nothing of it is unsure."""
     left = held.left(held.readings(nominal.model))
-    return on_other_logs(held.experiments, left, held.unknowns, held.scales, nominal.at.discrepancy)[1]
+    return counts * on_other_logs(held.experiments, left, held.unknowns, held.scales, nominal.at.discrepancy)[1]

@@ -34,7 +34,7 @@ class StraightFit:
 
 def followed(seen: Seen, base: Hypothesis, promise: Promise | None = None) -> StraightFit:
     """The base's set with the suspect, or by itself, as far as straight lines tell."""
-    model, jacobian = _with(base, promise) if promise else (base.model, base.at.jacobian)
+    model, jacobian = joined(base, promise) if promise else (base.model, base.at.jacobian)
     point, left = replace(base.at, model=model, jacobian=jacobian), seen.left(base.at.readings)
     at = posterior(seen, point, left)
     for _ in range(_ROUNDS):
@@ -49,11 +49,11 @@ def followed(seen: Seen, base: Hypothesis, promise: Promise | None = None) -> St
     return StraightFit(point.model, point.discrepancy, evidence(at, point.model))
 
 
-def _with(base: Hypothesis, promise: Promise) -> tuple[Model, tuple[Array, ...]]:
+def joined(base: Hypothesis, promise: Promise) -> tuple[Model, tuple[Array, ...]]:
     """The base's model with the suspect at its start, and all lines."""
     suspect, jacobian = promise.suspect, base.at.jacobian
     if isinstance(suspect, Changed):
-        return suspect.freed(base.model), jacobian
+        return suspect.with_wide_prior(base.model), jacobian
     assert promise.signature is not None
     model = base.model.with_effect(suspect.entry, suspect.free)
     values = [

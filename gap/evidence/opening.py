@@ -33,7 +33,7 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))
     nominal = hypothesis_at(seen, (), point)
     count = len(candidates(rig, channels)) + len(changeable(rig, free))
-    return EvidenceSearch(rig, channels, seen, nominal, (), (), (), -float(np.log(max(count / EXPECTED - 1.0, 1.0))))
+    return EvidenceSearch(rig, channels, seen, nominal, (), (), -float(np.log(max(count / EXPECTED - 1.0, 1.0))))
 
 
 def swings(experiments: Sequence[Experiment]) -> Array:

@@ -14,8 +14,8 @@ import numpy as np
 from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis, Suspect, beyond, hypothesis_at
-from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of
+from gap.evidence.score.hypothesis import Hypothesis, Suspect, beyond, hypothesis_at, strained
+from gap.evidence.screening import Promise, Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.signatures.candidates import Candidate
 
@@ -26,26 +26,27 @@ def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
     present = {h.labels for h in search.fitted} | {w.labels for w in search.waiting}
     suspects = [s for s in _beside(search, base) if base.labels | {s.label} not in present]
-    known = {s.suspect.label for s in search.signatures}
-    new = [s for s in suspects if isinstance(s, Candidate) and s.label not in known]
-    signatures = [*search.signatures, *(signatures_of(search.seen, base, new) if new else [])]
-    search = replace(search, signatures=tuple(signatures))
-    own = {s.label for s in suspects}
-    of_these = [s for s in signatures if s.suspect.label in own]
-    waiting = _promised(search, base, of_these, suspects, base.log_z)
-    if not np.any(beyond(search.seen, base)):
+    waiting = _promised(search, base, suspects, base.log_z)
+    if not np.any(beyond(search.seen, base)) and not strained(search.seen, base):
         return replace(search, waiting=(*search.waiting, *waiting))
     own_constants = at_own_constants(search, base)
     afresh = hypothesis_of(search.seen, base.suspects, descended(search.seen, own_constants.at))
-    waiting += _promised(search, own_constants, of_these, suspects, afresh.log_z)
+    waiting += _promised(search, own_constants, suspects, afresh.log_z)
     return replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, afresh))
 
 
-def _promised(
-    search: EvidenceSearch, start: Hypothesis, signatures: Sequence[LinearSignature], suspects: Sequence[Suspect], level: float
-) -> list[Open]:
-    """What every suspect promises beside one start; the best promises followed along straight lines, which promise something without any
-    suspect as well. `level`: as in Open."""
+def in_its_place(search: EvidenceSearch, there: Hypothesis, descended_there: Hypothesis) -> EvidenceSearch:
+    """Every set of `there` and one more that is not fitted, with its promise where the best set stands, of which `there` lacks one suspect:
+    constants are not torn there, and what does the same as that suspect shows by how much. `descended_there`: to where that is fitted."""
+    fitted = {h.labels for h in search.fitted}
+    suspects = [s for s in _beside(search, there) if there.labels | {s.label} not in fitted]
+    return replace(search, waiting=(*search.waiting, *_promised(search, there, suspects, descended_there.log_z)))
+
+
+def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], level: float) -> list[Open]:
+    """What every suspect promises beside one start, by what it changes there; the best promises followed along straight lines, which
+    promise something without any suspect as well. `level`: as in Open."""
+    signatures = signatures_of(search.seen, start, [s for s in suspects if isinstance(s, Candidate)])
     alone = start.log_z, followed(search.seen, start).log_z
     screen = Screen(search.seen, start, signatures)
     promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from gap.data.measured import Array
-from gap.evidence.noise.noise_model import Discrepancy, weighed
+from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.score.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
@@ -106,9 +106,9 @@ def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
 
 
 def _quadratic(seen: Seen, point: Point, readings: Sequence[Array]) -> float:
-    """rᵀ Σ⁻¹ r with Σ as it is."""
+    """ζ rᵀ Σ⁻¹ r with Σ as it is."""
     rows = [r[None] for r in seen.left(readings)]
-    return float(weighed(seen.experiments, seen.unknowns, rows, point.discrepancy).inner[0, 0])
+    return float(seen.weighed(rows, point.discrepancy).inner[0, 0])
 
 
 def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]:

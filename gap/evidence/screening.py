@@ -17,7 +17,6 @@ import numpy as np
 
 from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
-from gap.evidence.noise.noise_model import weighed
 from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import phi_of
@@ -107,7 +106,7 @@ class Screen:
             np.concatenate([r[None], j, *(s.columns[n] for s in signatures)])
             for n, (r, j) in enumerate(zip(left, at.jacobian, strict=True))
         ]
-        inner = weighed(seen.experiments, seen.unknowns, rows, at.discrepancy).inner
+        inner = seen.weighed(rows, at.discrepancy).inner
         own = slice(1, 1 + len(base.model.free))
         prior, phi = prior_of(base.model), phi_of(base.model)
         self._base, self._inner, self._own = base, inner, own
@@ -138,8 +137,8 @@ class Screen:
         """A number of the model with a wider prior: the normal posterior under the one divided by that of the other."""
         model = self._base.model
         number = next(k for k, f in enumerate(model.free) if f.key == suspect.free.key)
-        wide = float(prior_of(suspect.freed(model)).precision[number])
-        mean = phi_of(suspect.freed(model))[number] + float((self._inverse @ self._slope)[number])
+        wide = float(prior_of(suspect.with_wide_prior(model)).precision[number])
+        mean = phi_of(suspect.with_wide_prior(model))[number] + float((self._inverse @ self._slope)[number])
         less = (wide - 1.0) * float(self._inverse[number, number])
         gain = 0.5 * (np.log(wide) - np.log1p(less) - (wide - 1.0) * mean**2 / (1.0 + less))
         return Promise(suspect, self._base.log_z + float(gain))
@@ -154,7 +153,7 @@ class Screen:
 def start_of(base: Model, promise: Promise) -> Model:
     """The set's model with the suspect where its signature was taken."""
     if isinstance(promise.suspect, Changed):
-        return promise.suspect.freed(base)
+        return promise.suspect.with_wide_prior(base)
     assert promise.signature is not None
     grown = base.with_effect(promise.suspect.entry, promise.suspect.free)
     return placed(grown, promise.signature.values)

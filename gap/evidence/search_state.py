@@ -11,7 +11,7 @@ from gap.evidence.lines import StraightFit
 from gap.evidence.score.bootstrap import Weight, bootstrapped
 from gap.evidence.score.changed import changeable
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
-from gap.evidence.screening import LinearSignature, Promise
+from gap.evidence.screening import Promise
 from gap.signatures.candidates import candidates
 
 
@@ -48,8 +48,7 @@ def at_best(fitted: tuple[Hypothesis, ...], new: Hypothesis) -> tuple[Hypothesis
 
 @dataclass(frozen=True, slots=True)
 class EvidenceSearch:
-    """`nominal`: the rig file's own constants. `fitted`: every set fitted. `waiting`: sets that were not worth a fit so far.
-    `signatures`: of the effects that the rig file lacks, about its own constants."""
+    """`nominal`: the rig file's own constants. `fitted`: every set fitted. `waiting`: sets that were not worth a fit so far."""
 
     rig: Rig
     channels: frozenset[str]
@@ -57,7 +56,6 @@ class EvidenceSearch:
     nominal: Hypothesis
     fitted: tuple[Hypothesis, ...]
     waiting: tuple[Open, ...]
-    signatures: tuple[LinearSignature, ...]
     log_odds: float  # of every suspect, before anything is seen
 
     @property

@@ -1,10 +1,9 @@
 """The search, as a list of stages; each takes what is known and returns what is known then.
 
 1. `refitted`: the constants alone, fitted to their end.
-2. `screened`: the signature of every effect that the rig file lacks, about its own constants.
-3. `grown`: the best set and one suspect more, best promise first, until none that waits could still overtake; then from the new best set.
-4. `exchanged`: the best set less one, and with another in its place: the same question asked of its neighbours.
-5. `settled`: whatever still has a share of the posterior is fitted with sensitivities of its own, since shares are compared.
+2. `grown`: the best set and one suspect more, best promise first, until none that waits could still overtake; then from the new best set.
+3. `exchanged`: the best set less one, and with another in its place: the same question asked of its neighbours.
+4. `settled`: whatever still has a share of the posterior is fitted with sensitivities of its own, since shares are compared.
 """
 
 from __future__ import annotations
@@ -14,25 +13,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.evidence.deciding_numbers import MOST_EFFECTS, NEGLIGIBLE
-from gap.evidence.promises import at_own_constants, widened
+from gap.evidence.deciding_numbers import NEGLIGIBLE
+from gap.evidence.lines import joined
+from gap.evidence.promises import at_own_constants, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis, Suspect, about, beyond, reweighed
-from gap.evidence.screening import signatures_of, start_of
+from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, about, beyond, reweighed
+from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.fitting.model import Model
-from gap.signatures.candidates import Candidate
 
-Tell = Callable[[str], None]
-Stage = Callable[[EvidenceSearch, Tell], EvidenceSearch]
+Progress = Callable[[str], None]
+Stage = Callable[[EvidenceSearch, Progress], EvidenceSearch]
 
 _ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
+_MOST_EFFECTS = 4  # in one set
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
 _ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
 
 
-def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+def refitted(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """The constants alone, from the rig file's own. While more is left than honest models leave, their floor does not matter yet."""
     at, seen = search.nominal, search.seen
     done = finished(seen, (), by_magnitude(seen, descended(seen, at.at)), FEW_PASSES)
@@ -44,46 +44,41 @@ def refitted(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         if again.log_z < done.log_z + _WORTH:
             break
         seen, done = anew, again
-    tell(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
+    progress(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
     return replace(search, seen=seen, nominal=reweighed(seen, at), fitted=(done,))
 
 
-def screened(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
-    """Signatures of everything the rig file lacks."""
-    lacking = [s for s in search.suspects() if isinstance(s, Candidate)]
-    tell(f"signatures of {len(lacking)} effects")
-    return replace(search, signatures=tuple(signatures_of(search.seen, search.nominal, lacking)))
-
-
-def grown(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+def grown(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """One suspect more, as long as the posterior grows with it."""
-    while len(search.best.suspects) < MOST_EFFECTS:
+    while len(search.best.suspects) < _MOST_EFFECTS:
         best = search.best
-        search = _decided(widened(search, best), best, tell, 0 if best.suspects else _ALWAYS)
+        search = _decided(widened(search, best), best, progress, 0 if best.suspects else _ALWAYS)
         if search.best.labels == best.labels:
             break
         search = _about_best(search, best)
     return search
 
 
-def exchanged(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """The best set's neighbours: one less, and another in its place. A better one is asked again."""
     while search.best.suspects:
         best = search.best
         for suspect in best.suspects:
             search = _less(search, best, suspect)
             rest = search.fit_of(best.labels - {suspect.label})
-            search = _rivals_ended(_decided(widened(search, rest), best, tell, 0), best, rest)
+            search = in_its_place(widened(search, rest), *_part(search, rest.suspects, best))
+            search = _rivals_ended(_decided(search, best, progress, 0), best, rest)
         if search.best.labels == best.labels:
             break
-        search = grown(_about_best(search, best), tell)
+        search = grown(_about_best(search, best), progress)
     return search
 
 
 def _less(search: EvidenceSearch, best: Hypothesis, suspect: Suspect) -> EvidenceSearch:
     """The best set without one of its suspects, fitted on from where that has led the constants: a fit that has stopped short of its
     valley's floor must not sell the rest to whatever is added next."""
-    search = replace(search, fitted=at_best(search.fitted, _fitted(search, tuple(s for s in best.suspects if s is not suspect), best)))
+    both = _part(search, tuple(s for s in best.suspects if s is not suspect), best)
+    search = replace(search, fitted=at_best(search.fitted, max(both, key=_evidence)))
     rest = search.fit_of(best.labels - {suspect.label})
     close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
     return _ended(search, rest) if close and not rest.ended else search
@@ -100,7 +95,7 @@ def _rivals_ended(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) ->
     return search
 
 
-def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
+def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """Every set that holds a share of the posterior fitted with sensitivities of its own, and what it has beyond any of its suspects from
     there as well."""
     while True:
@@ -110,7 +105,7 @@ def settled(search: EvidenceSearch, tell: Tell) -> EvidenceSearch:
         if not unsure:
             return search
         best = max(unsure, key=lambda one: one[0])[1]
-        tell(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
+        progress(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
         search = _to_floor(search, best)
         done = search.fit_of(best.labels)
         for suspect in done.suspects:
@@ -132,10 +127,10 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     return _to_floor(search, max(there, afresh, key=lambda one: one.log_z))
 
 
-STAGES: tuple[Stage, ...] = (refitted, screened, grown, exchanged, settled)
+STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)
 
 
-def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) -> EvidenceSearch:
+def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, always: int) -> EvidenceSearch:
     """The waiting sets fitted, best promise first, until none that is left could hold a share of the posterior; `always` of those at least
     that seem to hold none."""
     asked: set[frozenset[str]] = set()
@@ -149,7 +144,7 @@ def _decided(search: EvidenceSearch, base: Hypothesis, tell: Tell, always: int) 
         rest = tuple(w for w in search.waiting if w is not first)
         done = _refined(search, first)
         beside = search.fit_of(first.base.labels)
-        tell(f"  {', '.join(sorted(done.labels))}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
+        progress(f"  {', '.join(sorted(done.labels))}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
         search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))
         if search.best.labels == done.labels:
@@ -167,20 +162,31 @@ def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     base, promise = chosen.base, chosen.promise
     start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
     discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
-    point = descended(search.seen, with_columns(search.seen, start, base.at.jacobian, discrepancy))
-    done = hypothesis_of(search.seen, (*base.suspects, promise.suspect), point)
+    suspects = (*base.suspects, promise.suspect)
+    done = hypothesis_of(search.seen, suspects, descended(search.seen, with_columns(search.seen, start, base.at.jacobian, discrepancy)))
+    if done.log_z < base.log_z and promise.suspect.free:  # lines led astray: from where the base stands, step by step
+        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, base, promise))), key=_evidence)
     enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
     if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
         return done
     return finished(search.seen, done.suspects, done.at, FEW_PASSES)
 
 
-def _fitted(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> Hypothesis:
-    """A part of a fitted set, from where that stood, or there."""
+def _beside(search: EvidenceSearch, base: Hypothesis, promise: Promise) -> Point:
+    """The base with one suspect more, of a size that changes nothing yet."""
+    model, jacobian = joined(base, promise)
+    return replace(base.at, model=model, readings=search.seen.readings(model), jacobian=jacobian)
+
+
+def _evidence(hypothesis: Hypothesis) -> float:
+    return hypothesis.log_z
+
+
+def _part(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> tuple[Hypothesis, Hypothesis]:
+    """A part of a fitted set where that stands, and fitted from there."""
     model, jacobian = _without(search, suspects, start)
     there = with_columns(search.seen, model, jacobian, start.at.discrepancy)
-    both = [hypothesis_of(search.seen, suspects, point) for point in (there, descended(search.seen, there))]
-    return max(both, key=lambda one: one.log_z)
+    return hypothesis_of(search.seen, suspects, there), hypothesis_of(search.seen, suspects, descended(search.seen, there))
 
 
 def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> tuple[Model, list[np.ndarray]]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.judge import ended_on_all_logs, of_rig_file, on_all_logs
+from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
+from gap.evidence.judge import ended_on_all_logs, of_rig_file, on_all_logs, rescued
 from gap.evidence.posterior import Shares, shares
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
@@ -50,7 +50,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
     chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
     judged = {
-        "rig file": of_rig_file(search.nominal, judges),
+        "rig file": of_rig_file(search.nominal, judges, search.seen.counts),
         "constants": by_set[search.null.labels].log_z - search.null.log_z,
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }
@@ -62,8 +62,13 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
 
 
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:
-    """Sets fitted to all logs; where more than one may still be right, those to their end."""
-    by_set = {h.labels: on_all_logs(search.seen, h, judges) for h in asked(search)}
+    """Sets fitted to all logs, small ones first; where more than one may still be right, those to their end."""
+    by_set: dict[frozenset[str], Hypothesis] = {}
+    for hypothesis in sorted(asked(search), key=lambda h: len(h.labels)):
+        done = on_all_logs(search.seen, hypothesis, judges)
+        parts = [h for labels, h in by_set.items() if labels < hypothesis.labels]
+        best = max(parts, key=lambda h: h.log_z, default=done)
+        by_set[done.labels] = rescued(search.seen, done, best, judges) if done.log_z < best.log_z + NEGLIGIBLE else done
     found = shares(search, by_set)
     likely = [labels for labels in by_set if found.of_set[labels] >= 1.0 - CONFIRMED]
     if len(likely) < 2:

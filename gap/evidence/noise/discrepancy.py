@@ -62,14 +62,20 @@ def on_other_logs(
 
 def log_prior(discrepancy: Discrepancy, scales: Array) -> float:
     """ln p(δ) + ln p(ln T) + ln p(ln s) + ln p(η), without constants that every model shares."""
+    return log_prior_of_sizes(discrepancy, scales) + float(log_prior_of_times(discrepancy).sum())
+
+
+def log_prior_of_sizes(discrepancy: Discrepancy, scales: Array) -> float:
+    """ln p(δ) + ln p(ln T) + ln p(η)."""
     away = np.log(discrepancy.time_s / MEMORY_S) / SPREAD
     sizes = np.append(discrepancy.sd / scales, discrepancy.share / OTHER_FORM)
-    windows = sum(float(np.sum(np.log(times) ** 2)) for times in discrepancy.times) / SPREAD**2
-    return float(-0.5 * np.sum(sizes**2) - 0.5 * np.sum(away**2)) - 0.5 * windows
+    return float(-0.5 * np.sum(sizes**2) - 0.5 * np.sum(away**2))
 
 
 def log_prior_of_times(discrepancy: Discrepancy) -> Array:
-    """ln p(ln s) of every window, one log after the other."""
+    """ln p(ln s) of every window, one log after the other; 0 where all windows have the same δ."""
+    if not discrepancy.times:
+        return np.zeros(1)
     return np.concatenate([-0.5 * np.sum(np.log(times) ** 2, axis=1) for times in discrepancy.times]) / SPREAD**2
 
 

@@ -33,7 +33,7 @@ class Changed:
     def label(self) -> str:
         return f"{self.effect} at {self.where} changed ({self.free.key.rpartition('.')[2]})"
 
-    def freed(self, model: Model) -> Model:
+    def with_wide_prior(self, model: Model) -> Model:
         """The model with this number's prior widened."""
         return replace(model, free=tuple(self.free if f.key == self.free.key else f for f in model.free))
 

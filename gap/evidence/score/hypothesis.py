@@ -6,15 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior, log_prior_of_times
+from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
 from gap.evidence.noise.unknowns import Unknowns, unknowns_of
 from gap.evidence.score.changed import Changed
+from gap.evidence.score.coarsening import power
 from gap.evidence.score.coordinates import phi_of
 from gap.evidence.score.laplace import log_evidence
 from gap.evidence.score.prior import prior_of
@@ -28,12 +29,14 @@ Suspect = Candidate | Changed
 @dataclass(frozen=True, slots=True)
 class Seen:
     """What is the same for every set that is compared: the logs to fit, the scale of each channel's discrepancy, and what is integrated
-    out, as it is about one `model`. (About a model of its own every set would have another Σ, and sets would gain by that alone.)"""
+    out, as it is about one `model`. (About a model of its own every set would have another Σ, and sets would gain by that alone.)
+    `counts`: ζ, the part of ln p that the logs count for (gap.evidence.score.coarsening)."""
 
     experiments: tuple[Experiment, ...]
     scales: Array
     unknowns: tuple[Unknowns, ...]
     model: Model
+    counts: float
 
     def readings(self, model: Model) -> tuple[Array, ...]:
         """Of every log with a model, windows × samples × channels."""
@@ -43,6 +46,11 @@ class Seen:
     def left(self, readings: Sequence[Array]) -> list[Array]:
         """(measured − simulated) / noise of every log, windows × samples × channels; 0 where nothing was measured."""
         return [residual(e, r).reshape(e.measured.shape) for e, r in zip(self.experiments, readings, strict=True)]
+
+    def weighed(self, rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
+        """ζ xᵀΣ⁻¹x of rows x (rows × windows × samples × channels of every log), and ζ ln|Σ|."""
+        found = weighed(self.experiments, self.unknowns, rows, discrepancy)
+        return Weighed(self.counts * found.inner, self.counts * found.log_det)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +66,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """Gauss-Newton's normal at one point: precision and slope of ln p(y, φ), and its value."""
+    """Gauss-Newton's normal at one point: precision and slope of ζ ln p(y | φ) + ln p(φ), and its value."""
 
     precision: Array
     slope: Array
@@ -67,8 +75,8 @@ class Posterior:
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """A set of suspects with its model; `windows`: what each window says of it, ln p, one log after the other; `ended`: whether the fit has
-    been taken to its end with sensitivities of its own."""
+    """A set of suspects with its model; `windows`: what each window says of it, ζ ln p, one log after the other; `ended`: whether the
+    fit has been taken to its end with sensitivities of its own."""
 
     suspects: tuple[Suspect, ...]
     at: Point
@@ -89,7 +97,8 @@ def about(experiments: Sequence[Experiment], scales: Array, model: Model) -> See
     """Logs with what is integrated out, and what windows remember, as they are about a model."""
     vector = model.vector()
     remembered = tuple(remembering(e, vector) for e in experiments)
-    return Seen(remembered, scales, unknowns_of(remembered, vector), model)
+    windows = sum(len(e.measured) for e in experiments)
+    return Seen(remembered, scales, unknowns_of(remembered, vector), model, power(windows))
 
 
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
@@ -103,7 +112,7 @@ def hypothesis_at(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hy
     """A set at a point, its evidence and what every window adds to that."""
     windows = by_window(seen.experiments, seen.unknowns, seen.left(point.readings), point.discrepancy)
     log_z = evidence(posterior(seen, point), point.model)
-    return Hypothesis(suspects, point, log_z, windows + log_prior_of_times(point.discrepancy))
+    return Hypothesis(suspects, point, log_z, seen.counts * (windows + log_prior_of_times(point.discrepancy)))
 
 
 def beyond(seen: Seen, hypothesis: Hypothesis) -> Array:
@@ -113,24 +122,36 @@ def beyond(seen: Seen, hypothesis: Hypothesis) -> Array:
     return np.where(ratio > most, ratio, 0.0)
 
 
+def strained(seen: Seen, hypothesis: Hypothesis) -> bool:
+    """Whether constants lie farther from the rig file's than those of CONFIRMED of all machines: Σφ² is about χ² with as many degrees of
+    freedom as the logs determine numbers (MacKay 2003, sec. 28.1: γ = d − tr H⁻¹ of their priors' precisions)."""
+    own = np.array([f.prior for f in hypothesis.model.free])
+    precision = prior_of(hypothesis.model).precision
+    unsure = precision * np.diag(np.linalg.inv(posterior(seen, hypothesis.at).precision))
+    determined = float(np.sum(1.0 - unsure[own]))
+    pulls = float(np.sum(precision[own] * phi_of(hypothesis.model)[own] ** 2))
+    return bool(pulls > chi2.ppf(CONFIRMED, max(determined, 1.0)))
+
+
 def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> Posterior:
     """The normal approximation at a point; `left`: its residuals where they are known better than from its readings."""
     left = seen.left(point.readings) if left is None else left
     rows = [np.concatenate([r[None], j]) for r, j in zip(left, point.jacobian, strict=True)]
-    found = weighed(seen.experiments, seen.unknowns, rows, point.discrepancy)
+    found = seen.weighed(rows, point.discrepancy)
     prior, phi = prior_of(point.model), phi_of(point.model)
     precision, slope = found.inner[1:, 1:] + np.diag(prior.precision), found.inner[1:, 0] - prior.precision * phi
     return Posterior(precision, slope, _density(seen, point, found))
 
 
 def log_density(seen: Seen, point: Point) -> float:
-    """ln p(y, φ) at a point."""
-    found = weighed(seen.experiments, seen.unknowns, [r[None] for r in seen.left(point.readings)], point.discrepancy)
+    """ζ ln p(y | φ) + ln p(φ) at a point."""
+    found = seen.weighed([r[None] for r in seen.left(point.readings)], point.discrepancy)
     return _density(seen, point, found)
 
 
 def _density(seen: Seen, point: Point, found: Weighed) -> float:
-    prior = prior_of(point.model).log_density(phi_of(point.model)) + log_prior(point.discrepancy, seen.scales)
+    prior = prior_of(point.model).log_density(phi_of(point.model)) + log_prior_of_sizes(point.discrepancy, seen.scales)
+    prior += seen.counts * float(log_prior_of_times(point.discrepancy).sum())
     return prior - 0.5 * (float(found.inner[0, 0]) + found.log_det)
 
 
