@@ -12,6 +12,8 @@ venv: .venv/installed
 
 # Locked versions first, then this checkout on top, so that two machines get the same libraries.
 .venv/installed: requirements.lock pyproject.toml
+	@command -v $(PYTHON) >/dev/null || \
+	  { echo "$(PYTHON) is not on the search path; longreach needs Python 3.11 or newer. Next: make venv PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "longreach needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) -V 2>&1). Next: make venv PYTHON=python3.11"; exit 1; }
 	@echo "setting up .venv with the locked libraries: about a minute, once"

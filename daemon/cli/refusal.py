@@ -41,7 +41,7 @@ def next_command(error: LongreachError, command: str, words: Sequence[str]) -> s
         typed = "longreach why"
     elif isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
         typed = f"longreach log check {shlex.quote(error.refusal.where)}"
-    elif _LINE_OF_A_FILE.search(error.refusal.where):
+    elif _LINE_OF_A_FILE.search(str(error)):
         typed = shlex.join(["longreach", *words])
     elif (meant := _MEANT.search(error.refusal.what)) and meant[1] in words:
         typed = shlex.join(["longreach", *(meant[2] if word == meant[1] else word for word in words)])

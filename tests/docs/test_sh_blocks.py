@@ -51,14 +51,13 @@ ELSEWHERE = {
     "commission trial.yaml": "tests/daemon/cli/commission/test_commission.py",
     "commission my_rig.yaml": "tests/daemon/processes/test_commission_on_daemon.py",
     "--on-rig": "tests/daemon/processes/test_identify_on_rig.py",
-    "longreach design": "tests/tuning/loop_design",
     "/tmp/run.sock why": "the log that the line above plays; tests/daemon/live/test_play.py",
     "demo --lockstep": "console blocks of first-run.md and rig-file.md",
 }
 TALKS = re.compile(r"longreach (why(?! LOG)|events|reset|prove|arm|jog|start|stop|status|ui|top|live)\b")
 ARMED = re.compile(r"longreach (start|stop|jog)\b")
 STAYS = re.compile(r"longreach (ui|live|play)\b|longreachd|--watch")
-IN_HALF_A_MINUTE = re.compile(r"longreach (shape my_rig|gap find --rig frictionless)")
+IN_HALF_A_MINUTE = re.compile(r"longreach (shape my_rig|gap find --rig frictionless|design my_rig.yaml --tip-gain)")
 IN_SECONDS = re.compile(r"longreach (check|new-rig|import day)")
 # Other than 0, as the pages say: two runs that differ; something stands in the way; the simulated rig has pressure; no rate is kept.
 STATUS = {"log diff": (1,), "longreach why": (0, 1), "longreach prove": (1,), "longreach host": (0, 1)}

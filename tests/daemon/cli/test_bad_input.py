@@ -33,6 +33,15 @@ def line_of(path: Path, text: str) -> int:
     return next(number for number, line in enumerate(path.read_text().splitlines(), 1) if text in line)
 
 
+def test_once_the_lines_of_a_file_are_mended_the_same_command_is_next(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = rig_file(tmp_path, "payload: 45 lb", "payload: 45 psi")
+    path.write_text(path.read_text().replace("payload: 45 lb", "payload: 45 psi"))
+    assert main(["check", str(path)]) == 1
+    said = capsys.readouterr().err
+    assert "problems in" in said
+    assert said.splitlines()[-1] == f"next: longreach check {path}"
+
+
 def test_unknown_key_is_named_with_place_and_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = rig_file(tmp_path, "    gain: ", "    gian: ")
     assert main(["check", str(path)]) == 1
