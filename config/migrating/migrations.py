@@ -106,13 +106,13 @@ MIGRATIONS = (
     ),
     Migration(
         "end_point.frequency_ratio",
-        "is gone: filters are made for the clamped link (docs/decisions/0008-feedback-beyond-the-planned-deflection.md)",
+        "is gone: filters are made for the clamped link (docs/decisions/motion/0008-feedback-beyond-the-planned-deflection.md)",
         lambda tree: _places(tree, "end_point", "frequency_ratio"),
         lambda tree, path: without(tree, path, "gone, see decision 8"),
     ),
     Migration(
         "end_point.friction_gain in V*s/rad",
-        "is a share of the friction per rate now, in s/rad (docs/decisions/0009-friction-of-a-resting-joint.md)",
+        "is a share of the friction per rate now, in s/rad (docs/decisions/motion/0009-friction-of-a-resting-joint.md)",
         _friction_gain_in_volts,
         _as_share,
     ),

@@ -2,7 +2,7 @@
 
 A joint at rest is elastic (bristles and oil). The push against friction (`end_point.friction_gain`) drives the arm through this spring.
 Where the payload is far from the believed one, too much of it makes the link oscillate though the joint never breaks loose. Positive
-damping of every mode of that arm excludes it (docs/decisions/0009).
+damping of every mode of that arm excludes it (docs/decisions/motion/0009).
 """
 
 from __future__ import annotations
