@@ -14,6 +14,7 @@ from config.schema.section import Section, chosen_by, quantity, unit_of
 from config.schema.servo import AnyServo
 from config.schema.signals import AnySignal, with_inferred
 
+RIG_NAME = r"^[a-z][a-z0-9_-]{0,63}$"
 JointName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
 DeviceName = Annotated[str, Field(pattern=r"^[^/\s]{1,64}$")]  # stands in names of files
 
@@ -179,7 +180,7 @@ class Rig(Section):
     """One rig."""
 
     longreach: Literal["rig/1"] = Field(description="kind and version of this file")
-    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,63}$", description="short name; stands in logs")]
+    name: Annotated[str, Field(pattern=RIG_NAME, description="short name; stands in logs")]
     description: str = Field(default="", description="one line about the rig")
     arm: Arm
     loop: Loop = Loop()

@@ -45,6 +45,7 @@ def suggested_map(table: SourceTable, name: str, rig: str, joints: dict[str, str
     """The text of a map file: every column once, under `columns` or `ignored`, each with the reason. `joints`: name → rotary or linear."""
     guesses = guess(table, joints)
     taken = [one for one in guesses if one.field]
+    no_time = all(one.field != "t_s" for one in taken)
     lines = [
         "longreach: map/1",
         f"name: {re.sub(r'[^a-z0-9_]', '_', name.lower()) if name[:1].isalpha() else 'table'}",
@@ -52,6 +53,7 @@ def suggested_map(table: SourceTable, name: str, rig: str, joints: dict[str, str
         *([f"rig: {rig}"] if rig else []),
         f"joints: {{{', '.join(f'{joint}: {motion}' for joint, motion in joints.items())}}}",
         "columns:",
+        *(["  # t_s: {source: '', unit: s}  # no column's name says that it is the time: name it here"] if no_time else []),
         *(f"  {one.field}: {{source: {_quoted(one.source)}{f', unit: {one.unit}' if one.unit else ''}}}  # {one.why}" for one in taken),
     ]
     left = [one for one in guesses if not one.field]

@@ -17,6 +17,7 @@ from config.whole_file import system_advice
 from recording.importing.table import SourceTable
 
 _DELIMITERS = (",", ";", "\t")
+_WINDOWS = "cp1252"
 _WITH_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 Row = tuple[int, list[str]]
 
@@ -49,7 +50,8 @@ def read_text_table(path: Path) -> SourceTable:
     if commas:
         _refuse_points(path)
     read = {name: np.frombuffer(column, dtype=np.float64) for name, column in zip(names, columns, strict=True)}
-    table = SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), ("Numbers have decimal commas.",) if commas else ())
+    notes = ("Numbers have decimal commas.",) * bool(commas) + (f"Read as {_WINDOWS}, not UTF-8.",) * (_encoding(path) == _WINDOWS)
+    table = SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), notes)
     _refuse_infinite(table)
     return table
 
@@ -57,7 +59,7 @@ def read_text_table(path: Path) -> SourceTable:
 def _rows(path: Path) -> Iterator[Row]:
     """(line number, stripped cells) of every line that is neither blank nor a comment."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
+        with path.open(encoding=_encoding(path), newline="") as file:
             head = next((line for line in file if line.strip() and not line.startswith("#")), "")
             file.seek(0)
             reader = csv.reader(file, delimiter=max(_DELIMITERS, key=head.count))
@@ -70,6 +72,17 @@ def _rows(path: Path) -> Iterator[Row]:
     except (UnicodeDecodeError, csv.Error) as error:
         advice = "Save it as a plain text table (CSV, UTF-8)."
         raise LogError("this is not a text table", value=str(error), where=str(path), next_step=advice) from error
+
+
+def _encoding(path: Path) -> str:
+    """UTF-8, with or without its mark, or what programs on Windows write in the West, where the bytes are no UTF-8. Bytes of 0 stand in no
+    text: such a file is left to UTF-8, which refuses it."""
+    content = path.read_bytes()
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        return "utf-8-sig" if b"\0" in content else _WINDOWS
+    return "utf-8-sig"
 
 
 def _named(names: list[str], path: Path) -> list[str]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import re
 import sys
 import tempfile
+import unicodedata
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,7 +26,7 @@ Pair = tuple[float, float]
 
 
 def options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", help="short name of the rig: letters, digits, _ and -")
+    parser.add_argument("name", help="short name of the rig: small letters, digits, _ and -")
     parser.add_argument(
         "--kind", choices=(CYLINDER, ROTARY, ARM), help="a hydraulic cylinder, a rotary actuator, or both with a flexible link"
     )
@@ -42,6 +44,7 @@ def _new_rig(arguments: argparse.Namespace) -> int:
     from config.checking.check import check_rig
     from config.loading.load import load_rig, rig_from_text
 
+    _refuse_name(arguments.name)
     folder: Path = arguments.output or Path(arguments.name)
     if folder.exists() and any(folder.iterdir()):
         raise UsageError("the folder is not empty", value=str(folder), where="-o", next_step="Choose another one with -o DIR.")
@@ -53,6 +56,18 @@ def _new_rig(arguments: argparse.Namespace) -> int:
     findings = [finding for finding in check_rig(load_rig(rig), datetime.date.today()) if finding.level != "ok"]
     _report(arguments, axes, folder, files, [f"{finding.level}: {finding.text}" for finding in findings])
     return 0
+
+
+def _refuse_name(name: str) -> None:
+    """Before anything is asked: the name stands in the files and in every log."""
+    from config.schema.rig import RIG_NAME
+
+    if re.match(RIG_NAME, name):
+        return
+    plain = unicodedata.normalize("NFKD", name.lower()).encode("ascii", "ignore").decode()
+    better = re.sub(r"[^a-z0-9_-]+", "_", plain).strip("_-").lstrip("0123456789") or "my_rig"
+    limit = "small letters, digits, _ and -, a letter first, 64 at most"
+    raise UsageError("a rig cannot have this name", value=name, limit=limit, where="NAME", next_step=f"longreach new-rig {better[:64]}")
 
 
 def _write(folder: Path, files: dict[str, str]) -> None:

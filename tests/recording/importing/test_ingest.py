@@ -149,6 +149,19 @@ def test_a_binary_file_is_no_table(tmp_path: Path) -> None:
         ingest(tmp_path / "data.csv", None, tmp_path / "a.mcap")
 
 
+def test_a_table_with_umlauts_of_windows_is_read_and_said_to_be(tmp_path: Path) -> None:
+    text = "Zeit [s];Länge [mm]\n0;12,5\n0,001;13\n0,002;14\n"
+    the_map = (
+        "longreach: map/1\nname: lab\njoints: {axis: linear}\ncolumns:\n  t_s: {source: 'Zeit [s]'}\n"
+        "  axis.position: {source: 'Länge [mm]', unit: mm}\n"
+    )
+    data, map_path, out = make(tmp_path, text, the_map)
+    data.write_bytes(text.encode("cp1252"))
+    report = ingest(data, map_path, out)
+    assert read_log(out).columns["axis.position"] == pytest.approx([0.0125, 0.013, 0.014])
+    assert "Read as cp1252, not UTF-8." in report.warnings
+
+
 def test_an_unknown_map_names_the_shipped_ones(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="emps"):
         load_map("emsp")
@@ -290,6 +303,14 @@ def test_a_map_is_proposed_from_column_names_and_reads_as_one(tmp_path: Path) ->
         source: (name, unit) for source, name, unit in SUGGESTED if name
     }
     assert found.ignored == ("comment",)
+
+
+def test_a_proposed_map_says_where_no_column_is_the_time(tmp_path: Path) -> None:
+    data, _, _ = make(tmp_path, "pos_mm,remark\n1,0\n2,1\n")
+    text = suggested_map(read_table(data), "bench", "", {"axis": "linear"})
+    assert "# t_s: {source: '', unit: s}  # no column's name says that it is the time: name it here" in text
+    (tmp_path / "map.yaml").write_text(text)
+    assert list(load_map(tmp_path / "map.yaml").map.columns) == ["axis.position"]
 
 
 def test_a_column_that_no_verdict_needs_may_be_missing_from_one_table(tmp_path: Path) -> None:

@@ -136,6 +136,17 @@ def test_what_is_missing_or_wrong_is_told_at_once_and_nothing_is_written(tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(("name", "better"), [("Prüfstand 1", "prufstand_1"), ("2nd rig", "nd_rig"), ("Ä", "a"), ("§", "my_rig")])
+def test_a_name_that_no_rig_can_have_is_told_first_with_one_that_it_can(
+    name: str, better: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new-rig", name, *CYLINDER, "-o", str(tmp_path / "rig")]) != 0
+    said = capsys.readouterr().err
+    assert name in said
+    assert f"longreach new-rig {better}" in said
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
     "flag", ["bore", "stroke", "mass", "rated-flow", "rated-drop", "supply", "full-scale", "stroke-time", "resolution"]
 )
