@@ -43,13 +43,14 @@ class Shares:
 
 
 def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] | None = None) -> Shares:
-    """Over all sets met, those that only wait with what they promise. `judged`: sets fitted to all logs, the best set among them; the
-    others are taken to gain with the hold-out what that one does."""
+    """Over all sets met, those that only wait with what they promise, which is as far below the best set in every window: nothing is known
+    of single ones. `judged`: sets fitted to all logs, the best set among them; the others are taken to gain with the hold-out what that
+    one does."""
     found = {h.labels: search.weight(h) for h in search.fitted}
     promised: dict[frozenset[str], Weight] = {}
     for waiting in sorted(search.waiting, key=search.log_hope):
         if waiting.labels not in found:
-            promised[waiting.labels] = replace(found[waiting.base.labels], log_mass=search.log_hope(waiting))
+            promised[waiting.labels] = replace(found[search.best.labels], log_mass=search.log_hope(waiting))
     every = found | promised
     if judged:
         usual = judged[search.best.labels]

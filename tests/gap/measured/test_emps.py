@@ -86,7 +86,7 @@ def test_the_difference_of_the_directions_is_the_authors_within_five_per_cent(fo
 @pytest.mark.slow
 @pytest.mark.parametrize("offset", [WITHOUT_OFFSET, WITH_OFFSET])
 def test_by_evidence_both_numbers_are_the_authors_within_five_per_cent(tmp_path: Path, offset: str) -> None:
-    """With a hysteresis of 0.0011 to 0.0013 of the command beside them, and the offset as a tilt or a null that has changed."""
+    """And both are confirmed."""
     fit_log, holdout = emps_logs.logs(tmp_path)
     rig = emps_logs.frictionless(tmp_path, offset == WITH_OFFSET)
     find(rig, [fit_log], [holdout], tmp_path / "out", lambda line: None, Settings(decide="evidence", propose=False))
