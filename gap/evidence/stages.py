@@ -24,6 +24,7 @@ from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.fitting.model import Model
 
 Progress = Callable[[str], None]
+Part = tuple[Hypothesis, Hypothesis]
 Stage = Callable[[EvidenceSearch, Progress], EvidenceSearch]
 
 _ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
@@ -64,9 +65,10 @@ def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     while search.best.suspects:
         best = search.best
         for suspect in best.suspects:
-            search = _less(search, best, suspect)
-            rest = search.fit_of(best.labels - {suspect.label})
-            search = in_its_place(widened(search, rest), *_part(search, rest.suspects, best))
+            part = _part(search, best, suspect)
+            search = _less(search, best, part)
+            rest = search.fit_of(part[0].labels)
+            search = in_its_place(widened(search, rest), *part)
             search = _rivals_ended(_decided(search, best, progress, 0), best, rest)
         if search.best.labels == best.labels:
             break
@@ -74,12 +76,11 @@ def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     return search
 
 
-def _less(search: EvidenceSearch, best: Hypothesis, suspect: Suspect) -> EvidenceSearch:
+def _less(search: EvidenceSearch, best: Hypothesis, part: Part) -> EvidenceSearch:
     """The best set without one of its suspects, fitted on from where that has led the constants: a fit that has stopped short of its
     valley's floor must not sell the rest to whatever is added next."""
-    both = _part(search, tuple(s for s in best.suspects if s is not suspect), best)
-    search = replace(search, fitted=at_best(search.fitted, max(both, key=_evidence)))
-    rest = search.fit_of(best.labels - {suspect.label})
+    search = replace(search, fitted=at_best(search.fitted, max(part, key=_evidence)))
+    rest = search.fit_of(part[0].labels)
     close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
     return _ended(search, rest) if close and not rest.ended else search
 
@@ -109,7 +110,7 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
         search = _to_floor(search, best)
         done = search.fit_of(best.labels)
         for suspect in done.suspects:
-            search = _less(search, done, suspect)
+            search = _less(search, done, _part(search, done, suspect))
 
 
 def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
@@ -124,7 +125,7 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = search.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(search, there).at))
-    return _to_floor(search, max(there, afresh, key=lambda one: one.log_z))
+    return _to_floor(search, max(there, afresh, key=_evidence))
 
 
 STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)
@@ -148,7 +149,7 @@ def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, alway
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
         search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))
         if search.best.labels == done.labels:
-            search = _less(search, done, first.promise.suspect)
+            search = _less(search, done, _part(search, done, first.promise.suspect))
         in_vain = 0 if search.best.labels != before else in_vain + 1
     if in_vain == _PATIENCE:  # promises that are better than every fit are not believed, and hold no share
         top = search.log_mass(search.best)
@@ -182,8 +183,9 @@ def _evidence(hypothesis: Hypothesis) -> float:
     return hypothesis.log_z
 
 
-def _part(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> tuple[Hypothesis, Hypothesis]:
-    """A part of a fitted set where that stands, and fitted from there."""
+def _part(search: EvidenceSearch, start: Hypothesis, gone: Suspect) -> Part:
+    """A fitted set without one of its suspects: where it stands, and fitted from there."""
+    suspects = tuple(s for s in start.suspects if s is not gone)
     model, jacobian = _without(search, suspects, start)
     there = with_columns(search.seen, model, jacobian, start.at.discrepancy)
     return hypothesis_of(search.seen, suspects, there), hypothesis_of(search.seen, suspects, descended(search.seen, there))

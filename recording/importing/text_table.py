@@ -28,7 +28,8 @@ def read_text_table(path: Path) -> SourceTable:
 
     Raises LogError for an empty table, repeated names, rows of another length and cells that are no numbers.
     """
-    rows = _rows(path)
+    encoding = _encoding(path)
+    rows = _rows(path, encoding)
     first = next(rows, None)
     if first is None:
         raise LogError("the table is empty", where=str(path), next_step="It needs a line of column names and rows of numbers.")
@@ -48,18 +49,18 @@ def read_text_table(path: Path) -> SourceTable:
     if not lines:
         raise LogError("the table has column names but no rows", where=str(path), next_step="There is nothing to import.")
     if commas:
-        _refuse_points(path)
+        _refuse_points(path, encoding)
     read = {name: np.frombuffer(column, dtype=np.float64) for name, column in zip(names, columns, strict=True)}
-    notes = ("Numbers have decimal commas.",) * bool(commas) + (f"Read as {_WINDOWS}, not UTF-8.",) * (_encoding(path) == _WINDOWS)
+    notes = ("Numbers have decimal commas.",) * bool(commas) + (f"Read as {_WINDOWS}, not UTF-8.",) * (encoding == _WINDOWS)
     table = SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), notes)
     _refuse_infinite(table)
     return table
 
 
-def _rows(path: Path) -> Iterator[Row]:
+def _rows(path: Path, encoding: str) -> Iterator[Row]:
     """(line number, stripped cells) of every line that is neither blank nor a comment."""
     try:
-        with path.open(encoding=_encoding(path), newline="") as file:
+        with path.open(encoding=encoding, newline="") as file:
             head = next((line for line in file if line.strip() and not line.startswith("#")), "")
             file.seek(0)
             reader = csv.reader(file, delimiter=max(_DELIMITERS, key=head.count))
@@ -67,8 +68,7 @@ def _rows(path: Path) -> Iterator[Row]:
                 if any(cell.strip() for cell in cells) and not cells[0].startswith("#"):
                     yield reader.line_num, [cell.strip() for cell in cells]
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise LogError("the table cannot be opened", value=reason, where=str(path), next_step=system_advice(error)) from error
+        raise _unopened(path, error) from error
     except (UnicodeDecodeError, csv.Error) as error:
         advice = "Save it as a plain text table (CSV, UTF-8)."
         raise LogError("this is not a text table", value=str(error), where=str(path), next_step=advice) from error
@@ -77,12 +77,19 @@ def _rows(path: Path) -> Iterator[Row]:
 def _encoding(path: Path) -> str:
     """UTF-8, with or without its mark, or what programs on Windows write in the West, where the bytes are no UTF-8. Bytes of 0 stand in no
     text: such a file is left to UTF-8, which refuses it."""
-    content = path.read_bytes()
     try:
+        content = path.read_bytes()
         content.decode("utf-8")
+    except OSError as error:
+        raise _unopened(path, error) from error
     except UnicodeDecodeError:
         return "utf-8-sig" if b"\0" in content else _WINDOWS
     return "utf-8-sig"
+
+
+def _unopened(path: Path, error: OSError) -> LogError:
+    reason = error.strerror or str(error)
+    return LogError("the table cannot be opened", value=reason, where=str(path), next_step=system_advice(error))
 
 
 def _named(names: list[str], path: Path) -> list[str]:
@@ -119,9 +126,9 @@ def _other_number(cell: str, name: str, path: Path, line: int) -> float:
     raise LogError(what, value=repr(cell), where=f"{path}:{line}", next_step=advice)
 
 
-def _refuse_points(path: Path) -> None:
+def _refuse_points(path: Path, encoding: str) -> None:
     """Beside decimal commas a point might be anything."""
-    for line, cells in _rows(path):
+    for line, cells in _rows(path, encoding):
         for cell in cells:
             if "." in cell and _is_number(cell):
                 advice = "Write all numbers with one sign, and none between thousands."
