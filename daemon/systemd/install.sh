@@ -4,7 +4,7 @@
 set -euo pipefail
 umask 022
 unset PYTHONPYCACHEPREFIX PYTHONDONTWRITEBYTECODE # compiled modules belong into the installed environment, and nowhere else
-here=$(cd "$(dirname "$0")" && pwd)
+here=$(dirname "$(realpath "$0")")
 source "$here/common.sh"
 
 usage() {

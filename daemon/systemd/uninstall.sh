@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Removes what install.sh put there. Rig file, CAN network files, logs and the user (who owns the logs) stay.
 set -euo pipefail
-here=$(cd "$(dirname "$0")" && pwd)
+here=$(dirname "$(realpath "$0")")
 source "$here/common.sh"
 
 while [ $# -gt 0 ]; do

@@ -1,0 +1,1 @@
+../daemon/systemd/install.sh

@@ -1,0 +1,1 @@
+../daemon/systemd/uninstall.sh
