@@ -18,14 +18,17 @@ from gap.data.measured import load
 from gap.evidence import deciding_numbers, opening, posterior, search_state, stages
 from gap.evidence.noise import discrepancy
 from gap.evidence.posterior import shares
-from gap.evidence.score import changed, coarsening, prior
+from gap.evidence.score import bootstrap, changed, coarsening, prior
 from gap.fitting.nuisance import nuisances
 from gap.search.opening import experiments_of
 from gap.search.settings import Settings
 from tests.support.gap import axis_logs
 from tests.support.gap.maxwell_axis import maxwell_axis
 
-USERS: tuple[ModuleType, ...] = (changed, coarsening, opening, posterior, prior, search_state, stages, discrepancy, deciding_numbers)
+USERS: tuple[ModuleType, ...] = (
+    *(bootstrap, changed, coarsening, prior, discrepancy),
+    *(opening, posterior, search_state, stages, deciding_numbers),
+)
 # What the words alone use moves no probability.
 NUMBERS = (
     "MEMORY_S",

@@ -29,7 +29,7 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     numbers = chosen([velocities(e) for e in experiments])
     few = tuple(some(e, n) for e, n in zip(experiments, numbers, strict=True))
     scales = np.maximum(HONEST * swings(experiments), LEAST_DISCREPANCY)
-    seen = about(few, scales, model)
+    seen = about(few, scales, model, OTHER_FORM)
     point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))
     nominal = hypothesis_at(seen, (), point)
     count = len(candidates(rig, channels)) + len(changeable(rig, free))

@@ -16,9 +16,9 @@ import numpy as np
 from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.lines import joined
 from gap.evidence.promises import at_own_constants, in_its_place, widened
-from gap.evidence.refinement import FEW_PASSES, MOST_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
+from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, about, beyond, reweighed
+from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, about_fit, beyond, reweighed
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.fitting.model import Model
@@ -40,11 +40,11 @@ def refitted(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     for _ in range(_ROUNDS):
         if np.any(beyond(seen, done)):
             break
-        done, anew = finished(seen, (), done.at), about(seen.experiments, seen.scales, done.model)
-        again = finished(anew, (), by_magnitude(anew, reweighed(anew, done).at), FEW_PASSES)
-        if again.log_z < done.log_z + _WORTH:
+        seen = about_fit(seen, done)
+        before = reweighed(seen, done)
+        done = finished(seen, (), by_magnitude(seen, before.at))
+        if done.log_z < before.log_z + _WORTH:
             break
-        seen, done = anew, again
     progress(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
     return replace(search, seen=seen, nominal=reweighed(seen, at), fitted=(done,))
 
@@ -120,7 +120,7 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     best = search.best
     if not np.any(beyond(search.seen, before)):
         return _to_floor(search, best)
-    seen = about(search.seen.experiments, search.seen.scales, best.model)
+    seen = about_fit(search.seen, best)
     fitted = tuple(reweighed(seen, h) for h in search.fitted)
     search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = search.fit_of(best.labels)
@@ -208,9 +208,8 @@ def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypot
 
 
 def _to_floor(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
-    """One set taken to its floor; where more is left than honest models leave, something else acts, and the floor does not matter yet."""
-    passes = FEW_PASSES if np.any(beyond(search.seen, hypothesis)) else MOST_PASSES
-    return _with(search, replace(finished(search.seen, hypothesis.suspects, hypothesis.at, passes), ended=True))
+    """One set taken to its floor, also where more is left than honest models leave: on its way it sells that to a wrong name."""
+    return _with(search, finished(search.seen, hypothesis.suspects, hypothesis.at))
 
 
 def _ended(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:

@@ -44,7 +44,7 @@ class Said:
 
 def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
-    judges = about(held, search.seen.scales, search.seen.model)
+    judges = about(held, search.seen.scales, search.seen.model, search.best.at.discrepancy.share)
     by_set = _judged(search, judges)
     found = shares(search, by_set)
     likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])

@@ -22,7 +22,8 @@ from gap.evidence.noise.unknowns import Unknowns
 
 _SMALLEST, _LARGEST = 0.02, 1e6  # of δ, in units of the noise: less changes nothing, more is a simulation that ran away
 _LEAST_SHARE, _MOST_SHARE = 1e-3, 3.0
-_STEPS = (np.log(3.0), np.log(1.5), np.log(1.15))  # of δ, T and η, on a logarithmic scale
+_STEPS = (np.log(2.0), np.log(1.15))  # of δ, T and η, on a logarithmic scale; doubled as long as that helps
+_GAIN = 0.01  # of ln p, below which a step is none
 _LEAPS = (0.1, 0.4, 1.6)
 _SWEEPS = 4  # over the channels, at each step
 _TIMES = 2.0 ** np.arange(-3.0, 8.0)  # of δ in a window …
@@ -109,7 +110,7 @@ class _Search:
         """From anywhere."""
         for c in self.moving:
             self.leap(c)
-        for steps, near in ((_STEPS, False), (_STEPS[1:], True)):
+        for steps, near in ((_STEPS, False), (_STEPS[-1:], True)):
             self.settle(steps)
             for c in self.moving:
                 self.weigh_windows(c, near)
@@ -117,7 +118,7 @@ class _Search:
 
     def near(self) -> _Search:
         """From what it was for a model close by."""
-        self.settle(_STEPS[1:])
+        self.settle(_STEPS)
         for c in self.moving:
             self.weigh_windows(c, True)
         return self
@@ -141,12 +142,14 @@ class _Search:
         """Whether a step of this channel's δ or T, or of both, either way, gave a larger density."""
         gained = False
         for change in (np.array([step, 0.0]), np.array([0.0, step]), np.array([step, 2.0 * step])):  # the last: δ² / T held
-            for side in (1.0, -1.0):
-                more_sd, more_time = np.exp(side * change)
-                moved = self._try(c, self.found.sd[c] * more_sd, self.found.time_s[c] * more_time)
-                gained = gained or moved
-                if moved:
-                    break
+            gained = self._followed(c, change) or self._followed(c, -change) or gained
+        return gained
+
+    def _followed(self, c: int, change: Array) -> bool:
+        """Whether a change of ln δ and ln T gained anything; it is doubled as long as it does."""
+        gained = False
+        while self._try(c, *(np.array([self.found.sd[c], self.found.time_s[c]]) * np.exp(change))):
+            gained, change = True, 2.0 * change
         return gained
 
     def improve_share(self, step: float) -> bool:
@@ -157,7 +160,7 @@ class _Search:
             share = float(np.clip(self.found.share * np.exp(side * step), _LEAST_SHARE, _MOST_SHARE))
             there = replace(self.found, share=share)
             value = self._density(self._total, there)
-            if value > self.value + 1e-3:
+            if value > self.value + _GAIN:
                 self.found, self.value = there, value
                 return True
         return False
@@ -201,7 +204,7 @@ class _Search:
         total = [t - a.grams + b.grams for t, a, b in zip(self._total, old, new, strict=True)]
         self._parts[c] = new
         value = self._density(total, there)
-        if not value > self.value + 1e-3:
+        if not value > self.value + _GAIN:
             self._parts[c] = old
             return False
         self.found, self._total, self.value = there, total, value

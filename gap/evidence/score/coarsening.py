@@ -4,17 +4,23 @@ A model that is right up to what honest models leave is off by that at every rev
 A wrong name that follows a part of it gains with every window, in all of them alike, so neither more data nor random weights of windows
 (bootstrap) take that back. So logs count as a limited number of windows, however many they are: evidence is raised to the power
 
-    ζ = 1 / (1 + n / COUNT)          n windows
+    ζ = 1 / (1 + n R),    R = η² / (η² + OTHER_FORM²) / COUNT          n windows
 
-which is the posterior of models whose distribution lies within an unknown distance of that of the logs, exponential with mean 1 / COUNT a
-window (Miller and Dunson 2019, "Robust Bayesian inference via coarsening", eq 2.4 and sec. 2.3).
+which is the posterior of models whose distribution lies within an unknown distance of that of the logs, exponential with mean R a window
+(Miller and Dunson 2019, "Robust Bayesian inference via coarsening", eq 2.4 and sec. 2.3). How far a right model is away hangs on how
+friction yields: where the logs show the model's own form (η = 0), nothing repeats, and every window counts.
 """
 
 from __future__ import annotations
 
-from gap.evidence.deciding_numbers import COUNT
+from gap.evidence.deciding_numbers import COUNT, OTHER_FORM
 
 
-def power(windows: int) -> float:
-    """ζ: the part of its ln Z that a log of so many windows counts for."""
-    return 1.0 / (1.0 + windows / COUNT)
+def power(windows: int, share: float) -> float:
+    """ζ: the part of its ln Z that logs of so many windows count for; `share` η of the friction has another form."""
+    return 1.0 / (1.0 + windows * distance(share))
+
+
+def distance(share: float) -> float:
+    """What a right model is expected to be away from the logs by, as a relative entropy a window."""
+    return share**2 / (share**2 + OTHER_FORM**2) / COUNT

@@ -93,12 +93,17 @@ class Hypothesis:
         return self.at.model
 
 
-def about(experiments: Sequence[Experiment], scales: Array, model: Model) -> Seen:
+def about(experiments: Sequence[Experiment], scales: Array, model: Model, share: float) -> Seen:
     """Logs with what is integrated out, and what windows remember, as they are about a model."""
     vector = model.vector()
     remembered = tuple(remembering(e, vector) for e in experiments)
     windows = sum(len(e.measured) for e in experiments)
-    return Seen(remembered, scales, unknowns_of(remembered, vector), model, power(windows))
+    return Seen(remembered, scales, unknowns_of(remembered, vector), model, power(windows, share))
+
+
+def about_fit(seen: Seen, fitted: Hypothesis) -> Seen:
+    """The same logs as they are about a fitted set."""
+    return about(seen.experiments, seen.scales, fitted.model, fitted.at.discrepancy.share)
 
 
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
