@@ -12,12 +12,12 @@ from config.progress import Progress
 from gap.data.coarse_steps import readable
 from gap.data.measured import Array
 from gap.fitting.common_scale import at_own_scale
-from gap.fitting.evaluation import Evaluation, mean_cost
+from gap.fitting.evaluation import mean_cost
 from gap.fitting.model import Model
 from gap.fitting.temperatures import warmings
 from gap.judged_file import JudgedFile, Searched, judged_file
 from gap.maneuvers.doubt import next_of
-from gap.outcome.findings import constants, document, finding, not_seen, step_finding
+from gap.outcome.findings import by_fit_logs, constants, document, finding, not_seen, step_finding
 from gap.outcome.found import Found
 from gap.outcome.held_constants import held_constants
 from gap.outcome.localise import localise
@@ -60,6 +60,7 @@ def concluded(done: Searched) -> Found:
         problems=done.problems,
         improved_text=text,
         content=content,
+        with_all_logs=judged.all_logs.seen if judged.all_logs else None,
     )
 
 
@@ -85,9 +86,28 @@ def _findings(done: Searched, judged: JudgedFile, half_width: Array) -> tuple[li
     widths = widths_of(state, half_width)
     found = [finding(state, step, named, widths, word) for step in state.steps]
     if done.decided:
-        found = [*map(done.decided.with_probability, found), *done.decided.changes]
+        widths = widths_of(state, done.decided.chosen.half_width)
+        final = [finding(state, step, done.decided.chosen.model, widths, word) for step in state.steps]
+        found = [done.decided.with_probability(_beside(*pair)) for pair in zip(final, found, strict=True)]
+        found += done.decided.changes
     steps = [step_finding(item) for item in state.coarse]
     return (steps, found) if word.word == "unknown" else ([*found, *steps], [])
+
+
+def _beside(final: Content, by_fit: Content) -> Content:
+    """A finding with the numbers of all logs, those of the fit logs beside them."""
+    known = by_fit["parameters"]
+    return final | {"parameters": {key: item | by_fit_logs(known[key]) for key, item in final["parameters"].items()}}
+
+
+def _constants(done: Searched, judged: JudgedFile, half_width: Array) -> Content:
+    """Those of the file that is written; where all logs have fitted it, the fit logs' beside them."""
+    by_fit = constants(done.state.current.model, half_width, judged.file.model, judged.steady)
+    if judged.all_logs is None or done.decided is None:
+        return by_fit
+    fitted = done.decided.written
+    final = constants(fitted.model, fitted.half_width, judged.all_logs.model, judged.steady)
+    return {key: item | (by_fit_logs(by_fit[key]) if key in by_fit else {}) for key, item in final.items()}
 
 
 def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Content], half_width: Array) -> Content:
@@ -95,14 +115,14 @@ def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Con
     state, loaded, progress, logs = done.state, done.loaded, done.progress, done.logs
     told_of = {(item["effect"], item["where"]) for item in told}
     return {
-        "parameters": constants(state.current.model, half_width, judged.file.model, judged.steady),
-        "gap": _gap(done, judged.file.seen),
+        "parameters": _constants(done, judged, half_width),
+        "gap": _gap(done, judged),
         "held": _held(done, word, told),
         "remainder": judged.rest,
         "not_seen": not_seen(state.screening, told_of, readable(logs, loaded.rig)),
         "next_maneuver": next_of(loaded, state, word, progress) if done.settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in done.problems],
-        "temperatures": _temperatures(state, judged.file.model, progress),
+        "temperatures": _temperatures(state, judged.written.model, progress),
     }
 
 
@@ -133,8 +153,9 @@ def _smallest(state: GateSearch, progress: Progress) -> Screening:
     return on_hold_out(fitted, state.current, state.seen, state.costs, len(rest))
 
 
-def _gap(done: Searched, final: tuple[Evaluation, ...]) -> Content:
+def _gap(done: Searched, judged: JudgedFile) -> Content:
     """Costs in noise floors, and the error of every channel in its unit, before and after."""
+    final, all_logs = judged.file.seen, judged.all_logs
     rms = [channel_rms(evaluations, list(done.names)) for evaluations in (done.nominal, final)]
     names = [name for name in done.names if all(np.isfinite(side[name]) for side in rms)]  # a hold-out may lack what a fit log has
     units = {name: next(log.channels[name].unit for log in done.logs if name in log.channels) for name in names}
@@ -143,6 +164,7 @@ def _gap(done: Searched, final: tuple[Evaluation, ...]) -> Content:
         "holdout_before": mean_cost(done.nominal),
         "holdout_refit": done.refit,
         "holdout_after": mean_cost(final),
+        **({"holdout_all_logs": all_logs.cost} if all_logs else {}),
         "channels": {name: {"before": rms[0][name], "after": rms[1][name], "unit": units[name]} for name in names},
     }
 

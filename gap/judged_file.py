@@ -47,7 +47,9 @@ class Searched:
 class JudgedFile:
     """The verdict on the written file; its text, with a table of the remainder if one is kept; what is left without a name.
 
-    `lean`: the model with the fewest changes that is as good, `steady`: its constants log by log, where they are the verdict.
+    `file`: as the fit logs have it, which predicts the hold-out blind; `all_logs`: the one that is written instead, where the search has
+    fitted its constants to all logs in the end. `lean`: the model with the fewest changes that is as good, `steady`: its constants log by
+    log, where they are the verdict.
     """
 
     word: Verdict
@@ -56,6 +58,12 @@ class JudgedFile:
     rest: dict[str, Any] | None
     lean: Model
     steady: list[Steadiness]
+    all_logs: ImprovedFile | None
+
+    @property
+    def written(self) -> ImprovedFile:
+        """The file that is written, but for a table of the remainder."""
+        return self.all_logs or self.file
 
 
 def judged_file(done: Searched, half_width: Array) -> JudgedFile:
@@ -64,13 +72,15 @@ def judged_file(done: Searched, half_width: Array) -> JudgedFile:
     draft = _draft(done)
     lean = state.current.model if done.decided else leanest(state, half_width, progress)  # the evidence has weighed every change
     steady = steadiness(state, lean, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
-    writer = Writer(done.loaded, state, half_width, lean, done.nominal, progress)
+    alone = done.decided.alone[0] if done.decided and done.decided.alone else None
+    writer = Writer(done.loaded, state, half_width, lean, done.nominal, progress, alone)
     word, file = (draft, writer.file(draft)) if done.decided else _judged(writer, draft, done.refit, in_words(unsteady(steady)))
     file, text, rest = _with_remainder(writer, word, file, done)
+    all_logs = _with_all_logs(writer, word, file, done.decided) if done.decided and text == file.text else None
     if word.word == "unknown":
         said_of_rest = f" {sentence(rest)}" if rest else ""
-        word = replace(word, why=f"{word.why} {_of_file(file, done.loaded)}{said_of_rest}")
-    return JudgedFile(word, file, text, rest, lean, steady)
+        word = replace(word, why=f"{word.why} {_of_file(file, all_logs, done.loaded)}{said_of_rest}")
+    return JudgedFile(word, file, all_logs.text if all_logs else text, rest, lean, steady, all_logs)
 
 
 def _draft(done: Searched) -> Verdict:
@@ -91,11 +101,25 @@ def _judged(writer: Writer, draft: Verdict, refit: float, unsteady_words: str) -
     return word, file
 
 
-def _of_file(file: ImprovedFile, loaded: LoadedRig) -> str:
+def _with_all_logs(writer: Writer, word: Verdict, file: ImprovedFile, decided: Decided) -> ImprovedFile | None:
+    """The same file with the constants of all logs; None where it has none of its own, or better ones than those are not known. (A table
+    of the remainder stands on the constants it was judged with.)"""
+    if not file.model.free:
+        return None
+    fitted = decided.written
+    writer = replace(writer, half_width=fitted.half_width, lean=fitted.model, alone=fitted.model if decided.alone else None)
+    found = writer.file(word)
+    return found if found.model.free else None
+
+
+def _of_file(file: ImprovedFile, all_logs: ImprovedFile | None, loaded: LoadedRig) -> str:
     """What stands in the improved rig file where nothing can be named."""
     if file.text == loaded.text:
         return "The rig file is written unchanged: no other constants predict the hold-out better."
-    return f"The improved rig file has the best constants and no names: the hold-out is at {file.cost:.4g} noise floors with it."
+    best = "The improved rig file has the best constants and no names: the hold-out is at"
+    if all_logs is None:
+        return f"{best} {file.cost:.4g} noise floors with it."
+    return f"{best} {file.cost:.4g} noise floors with those of the fit logs, {all_logs.cost:.4g} with those of all logs, which are written."
 
 
 def _with_remainder(writer: Writer, word: Verdict, file: ImprovedFile, done: Searched) -> tuple[ImprovedFile, str, dict[str, Any] | None]:

@@ -19,7 +19,7 @@ from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
     """The set fitted on with the hold-out beside the fitted logs; its windows are those of the fitted logs, then those of the hold-out.
     `held`: the logs that judge, with what is integrated out there the same for every set."""
-    at, there, both = hypothesis.at, point_of(held, hypothesis.model, hypothesis.at.discrepancy), _together(seen, held)
+    at, there, both = hypothesis.at, point_of(held, hypothesis.model, hypothesis.at.discrepancy), together(seen, held)
     readings, jacobian = at.readings + there.readings, at.jacobian + there.jacobian
     point = replace(at, readings=readings, jacobian=jacobian, discrepancy=replace(at.discrepancy, times=()))
     point = replace(point, discrepancy=rediscovered(both, point, None, False))
@@ -32,17 +32,18 @@ def rescued(seen: Seen, judged: Hypothesis, smaller: Hypothesis, held: Seen) -> 
     theta, there = judged.model.theta.copy(), dict(zip((f.key for f in smaller.model.free), smaller.model.theta, strict=True))
     for number, free in enumerate(judged.model.free):
         theta[number] = there.get(free.key, theta[number])
-    both = _together(seen, held)
+    both = together(seen, held)
     point = opened(both, judged.model.with_theta(theta), smaller.at.discrepancy)
     return max(judged, hypothesis_of(both, judged.suspects, descended(both, point)), key=lambda one: one.log_z)
 
 
 def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
     """What `on_all_logs` gave, with sensitivities of its own there: between sets of which either may be right, the way must not decide."""
-    return finished(_together(seen, held), judged.suspects, judged.at, FEW_PASSES)
+    return finished(together(seen, held), judged.suspects, judged.at, FEW_PASSES)
 
 
-def _together(seen: Seen, held: Seen) -> Seen:
+def together(seen: Seen, held: Seen) -> Seen:
+    """The fitted logs, then the hold-out; they count as the fitted ones do."""
     return Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model, seen.counts)
 
 

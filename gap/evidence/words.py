@@ -9,7 +9,7 @@ import numpy as np
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
-from gap.evidence.judge import ended_on_all_logs, of_rig_file, on_all_logs, rescued
+from gap.evidence.judge import ended_on_all_logs, of_rig_file, on_all_logs, rescued, together
 from gap.evidence.posterior import Shares, shares
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
@@ -27,8 +27,9 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """The outcome in words. `chosen`: the set that is written; `judged`: ln p(hold-out) of the rig file, of constants alone, of the chosen
-    set."""
+    """The outcome in words. `chosen`: the set that is written, `judged`: ln p(hold-out) of the rig file, of constants alone, of the chosen
+    set. `all_logs`: those fitted, then the hold-out; `on_all`: sets as they are fitted to all of them, the chosen one and none among
+    them."""
 
     word: str
     why: str
@@ -36,6 +37,8 @@ class Said:
     names: tuple[Name, ...]
     none: float  # P(S = ∅)
     judged: Mapping[str, float]
+    all_logs: Seen
+    on_all: Mapping[frozenset[str], Hypothesis]
 
     @property
     def confirmed(self) -> bool:
@@ -58,7 +61,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     agreed = judged["chosen"] > judged["constants"] and not left
     names = tuple(_name(found, chosen, s, agreed) for s in chosen.suspects)
     word, why = _of_names(names, judged, left) if names else _of_none(found, judged, left)
-    return Said(word, why, chosen, names, found.none, judged)
+    return Said(word, why, chosen, names, found.none, judged, together(search.seen, judges), by_set)
 
 
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:

@@ -68,6 +68,11 @@ def _look_alike(trial: Trial) -> dict[str, Any]:
     return place | {"holdout_gain": _short(trial.gain), "t": _short(trial.t), "parameters": fitted}
 
 
+def by_fit_logs(parameter: dict[str, Any]) -> dict[str, Any]:
+    """A number as the fit logs alone have it, to stand beside the one of all logs: with it the hold-out was predicted blind."""
+    return {"fit_logs": {key: parameter[key] for key in ("value", "ci95")}}
+
+
 def number(value: float, half_width: float, unit: str) -> dict[str, Any]:
     return {"value": _short(value), "unit": unit, "ci95": [_short(value - half_width), _short(value + half_width)]}
 

@@ -16,7 +16,8 @@ from gap.search.verdict import Verdict
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A finished search. Costs in noise floors, on the hold-out; `content` is findings.json as a dictionary."""
+    """A finished search. Costs in noise floors, on the hold-out. `final`: with what the fit logs gave; `with_all_logs`: with constants
+    fitted to all logs, where those are written. `content` is findings.json as a dictionary."""
 
     rig: LoadedRig
     channels: list[str]
@@ -29,3 +30,4 @@ class Found:
     problems: list[DataProblem]
     improved_text: str
     content: dict[str, Any]
+    with_all_logs: tuple[Evaluation, ...] | None = None

@@ -66,7 +66,8 @@ class ImprovedFile:
 
 @dataclass(frozen=True, slots=True)
 class Writer:
-    """Writes the improved rig file of a finished search, by its verdict. `nominal`: the hold-out with the file as it was."""
+    """Writes the improved rig file of a finished search, by its verdict. `nominal`: the hold-out with the file as it was; `alone`: the best
+    constants without any name, where they are known."""
 
     loaded: LoadedRig
     state: GateSearch
@@ -74,6 +75,7 @@ class Writer:
     lean: Model
     nominal: tuple[Evaluation, ...]
     progress: Progress
+    alone: Model | None = None
 
     def file(self, word: Verdict) -> ImprovedFile:
         """The file as it was, with the names and the constants of `lean`, or with the best constants alone."""
@@ -96,8 +98,8 @@ class Writer:
 
     def _constants_alone(self) -> ImprovedFile:
         """The file as it was where the best constants predict the hold-out no better."""
-        state, lean = self.state, self.lean
-        if state.steps:
+        state, lean = self.state, self.alone or self.lean
+        if state.steps and not self.alone:
             state = without_names(state)
             lean = leanest(state, confidence(state.current, state.costs), self.progress)
         text = improved(self.loaded.text, lean, (), {}, ())

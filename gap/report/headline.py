@@ -18,6 +18,12 @@ def values(item: dict[str, Any], units: FileUnits) -> str:
     return "; ".join(f"{key} {size}" for key, size in ((k, _size(item, k, p, units)) for k, p in item["parameters"].items()))
 
 
+def blind_values(item: dict[str, Any], units: FileUnits) -> str:
+    """The same by the fit logs alone, which predicted the hold-out blind; empty where the values are theirs anyway."""
+    known = {key: p["fit_logs"] | {"unit": p["unit"]} for key, p in item["parameters"].items() if "fit_logs" in p}
+    return values(item | {"parameters": known}, units)
+
+
 def _size(item: dict[str, Any], key: str, parameter: dict[str, Any], units: FileUnits) -> str:
     shown = units.channel(item["where"], parameter["unit"])
     low, high = parameter["ci95"]
@@ -47,7 +53,10 @@ def gap_line(content: dict[str, Any]) -> str:
     gap = content["gap"]
     costs = (gap["holdout_before"], gap["holdout_refit"], gap["holdout_after"])
     before, refit, after = (number(float(cost)) for cost in costs)
-    return f"hold-out: {before} → {refit} (constants) → {after} noise floors (1: nothing but noise is left)"
+    line = f"hold-out: {before} → {refit} (constants) → {after} noise floors (1: nothing but noise is left)"
+    if "holdout_all_logs" not in gap:
+        return line
+    return f"{line}; {number(float(gap['holdout_all_logs']))} with constants fitted to all logs, as written"
 
 
 def pulled_lines(content: dict[str, Any], units: FileUnits) -> list[str]:

@@ -72,11 +72,11 @@ def _stage_axis(axes: Any, stages: Sequence[Stage]) -> None:
 
 
 def before_and_after(stages: Sequence[Stage], channel: int, name: str, shown: Shown) -> str:
-    """The gap on one screen: the hold-out's cost, and the window where the gap was largest with start states at their best in both."""
+    """The gap on one screen: the hold-out's cost at two stages, and the window where the gap was largest, start states at their best."""
     figure = Figure(figsize=(_WIDTH, 3.1), layout="constrained")
     grid: dict[str, Any] = figure.subplot_mosaic([["costs", "signal"], ["costs", "left"]], width_ratios=(2, 5))
     grid["signal"].sharex(grid["left"])
-    before, after = stages[0], stages[-1]
+    before, after = stages
     draw_costs(grid["costs"], [before, after])
     start_s = draw_window(grid["signal"], grid["left"], before[1], after[1], channel, name, shown)
     return _inline(figure, f"The gap before and after: cost of the hold-out, and {name} in the window from {start_s:.2f} s")

@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from config.loading.load import rig_from_text
 from config.readable import number
@@ -15,11 +16,11 @@ from gap.outcome.found import Found
 from gap.remainder.remainder import sentence
 from gap.report import plots
 from gap.report.constants_table import constants_table
-from gap.report.headline import gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
+from gap.report.headline import blind_values, gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
 from gap.report.kept_sentence import kept_sentence
 from gap.report.naming_record import how_often_right, named_of
 from gap.report.replay import SMOOTH_S, replays
-from gap.report.shown import fingerprints, of_channel, region_text, stages, telling_channel
+from gap.report.shown import fingerprints, first_and_blind, of_channel, region_text, stages, telling_channel
 from gap.report.unseen import Unseen
 from gap.search.search_state import Step
 from recording.evaluation.page import page, paragraph, table
@@ -40,11 +41,7 @@ def _first_screen(found: Found, units: FileUnits) -> str:
     """Verdict, names with values, the numbers before and after, and the picture."""
     sure = found.verdict.confirmed and not any(step.weak for step in found.state.steps)
     said = f'<p class="verdict{"" if sure else " open"}"><b>{found.verdict.word}</b>: {escape(units.sentences.text(found.verdict.why))}</p>'
-    items = found.content["findings"]
-    rows = [
-        [f"{item['effect']} at {item['where']}", grade(item, units), values(item, units), look_alikes(item) or "none"] for item in items
-    ]
-    names = table(["missing effect", "", "value (95 %)", "look-alikes"], rows) if rows else ""
+    names = _names(found.content["findings"], units)
     lines = [
         *(lead_line(item, units) for item in found.content["leads"]),
         gap_line(found.content),
@@ -53,10 +50,22 @@ def _first_screen(found: Found, units: FileUnits) -> str:
     ]
     channel = telling_channel(found)
     name = found.channels[channel]
-    picture = plots.before_and_after(stages(found), channel, name, of_channel(found, name, units))
+    picture = plots.before_and_after(first_and_blind(found), channel, name, of_channel(found, name, units))
     zeros = "".join(map(paragraph, zero_lines(found.content, units)))
     inside = f"<h1>{escape(found.rig.rig.name)}</h1>{said}{zeros}{names}{''.join(map(paragraph, lines))}{picture}"
     return f'<section class="first">{inside}</section>'
+
+
+def _names(items: Sequence[dict[str, Any]], units: FileUnits) -> str:
+    """A row a name; where the values are those of all logs, with those of the fit logs alone."""
+    rows = [
+        [f"{item['effect']} at {item['where']}", grade(item, units), values(item, units), look_alikes(item) or "none"] for item in items
+    ]
+    head, blind = ["missing effect", "", "value (95 %)", "look-alikes"], [blind_values(item, units) for item in items]
+    if any(blind):
+        head.insert(3, "by the fit logs alone")
+        rows = [[*row[:3], value, row[3]] for row, value in zip(rows, blind, strict=True)]
+    return table(head, rows) if rows else ""
 
 
 def _findings(found: Found, units: FileUnits) -> str:
@@ -167,6 +176,8 @@ def _replay(found: Found, request: Path | None, units: FileUnits) -> str:
     said = (
         f"The hold-out's run simulated with the controller, from its reference alone; means over {SMOOTH_S * 1e3:.0f} ms. Difference, rms:"
     )
+    if found.with_all_logs:
+        said = f"The improved file's constants are those of all logs, this one among them. {said}"
     shown = [units.channel(r.joint, r.unit) for r in replayed]
     rows = [
         [r.joint, *(f"{v:.3g}" for v in r.rms()[:2]), *(f"{of.factor * v:.3g} {of.unit}" for v in r.rms()[2:])]

@@ -15,7 +15,17 @@ from gap.report.plots import Stage
 def stages(found: Found) -> list[Stage]:
     """Hold-out evaluations from the rig file to the file as it was written."""
     steps = [(f"+ {s.trial.candidate.effect}", s.trial.holdout) for s in found.state.steps]
-    return [("rig file", found.nominal), ("constants refitted", found.state.constants_only), *steps, ("file as written", found.final)]
+    every = [("rig file", found.nominal), ("constants refitted", found.state.constants_only), *steps, _blind(found)]
+    return every if found.with_all_logs is None else [*every, ("with all logs, as written", found.with_all_logs)]
+
+
+def first_and_blind(found: Found) -> list[Stage]:
+    """The rig file, and the last stage that was not fitted to the hold-out."""
+    return [("rig file", found.nominal), _blind(found)]
+
+
+def _blind(found: Found) -> Stage:
+    return ("file as written" if found.with_all_logs is None else "predicted blind", found.final)
 
 
 def measured_in_hold_out(found: Found) -> list[str]:

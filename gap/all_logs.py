@@ -1,0 +1,63 @@
+"""What the improved rig file is written with: a set's constants fitted to the fit logs and the hold-out together.
+
+Names come from the fit logs and are judged by the hold-out; then nothing is left for it to judge, and a constant that only its motion shows
+should have the value that it shows. What predicted the hold-out blind is kept beside that (`fit_logs` in findings.json).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap.data.measured import Array
+from gap.data.windows import Experiment
+from gap.evidence.deciding_numbers import RANGE_SDS
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import stretch
+from gap.evidence.score.hypothesis import Hypothesis, Seen, posterior
+from gap.fitting.common_scale import at_own_scale
+from gap.fitting.evaluation import Costing
+from gap.fitting.fit import Fit, fit
+from gap.fitting.model import Free, Model
+from gap.search.search_state import GateSearch
+from gap.search.verdict import confidence
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A set's model and the 95 % half width of each of its free numbers, in its unit."""
+
+    model: Model
+    half_width: Array
+
+
+def on_all_logs(state: GateSearch, seen: Seen, hypothesis: Hypothesis) -> Fitted:
+    """A set that was fitted to all logs (`seen`: those of the fit, then the hold-out), at the common scale that priors and logs want."""
+    done = at_own_scale(as_fit(hypothesis, [*state.experiments, *state.holdouts], state.costs), state.costs)
+    return Fitted(done.model, np.maximum(confidence(done, state.costs), half_width(seen, hypothesis)))
+
+
+def as_fit(hypothesis: Hypothesis, experiments: Sequence[Experiment], costs: Costing) -> Fit:
+    """The model as it was fitted, in the costs of the report. `experiments`: those it was fitted to."""
+    model = as_constants(hypothesis)
+    rescaled = (model.scales / hypothesis.model.scales / stretch(hypothesis.model))[:, None, None, None]
+    jacobian = [rescaled * j * e.sigma for j, e in zip(hypothesis.at.jacobian, experiments, strict=True)]
+    return fit(model, experiments, costs, (), jacobian, 0)
+
+
+def half_width(seen: Seen, hypothesis: Hypothesis) -> Array:
+    """95 % of the posterior, of every free number in its unit."""
+    sd = np.sqrt(np.diag(np.linalg.inv(posterior(replace(seen, counts=1.0), hypothesis.at).precision)))
+    return np.asarray(1.96 * sd * hypothesis.model.scales * stretch(hypothesis.model))
+
+
+def as_constants(hypothesis: Hypothesis) -> Model:
+    """Numbers that have changed as constants of wide priors, which the file is written with."""
+    changed = {s.free.key for s in hypothesis.suspects if isinstance(s, Changed)}
+    return replace(hypothesis.model, free=tuple(_wide(f) if f.key in changed else f for f in hypothesis.model.free))
+
+
+def _wide(free: Free) -> Free:
+    return replace(free, prior=True, scale=max(free.high - free.start, free.start - free.low) / RANGE_SDS)
