@@ -23,12 +23,13 @@ from gap.evidence.score.changed import Changed
 from gap.evidence.score.hypothesis import Hypothesis
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import STAGES
+from gap.evidence.visible_sizes import visible_sizes
 from gap.evidence.words import Name, Said, said
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
-from gap.outcome.findings import by_fit_logs, number
+from gap.outcome.findings import LeastSize, by_fit_logs, number
 from gap.search.search_state import GateSearch, Step
 from gap.search.trial import FLOOR, Trial
 from gap.search.verdict import Verdict
@@ -46,6 +47,7 @@ class Decided:
     chosen: Fitted
     alone: tuple[Model, Fitted] | None
     changes: tuple[dict[str, Any], ...]  # findings: numbers of the rig file that have changed
+    least: tuple[LeastSize, ...]  # of every suspect beside the chosen set, what all logs would have shown
 
     @property
     def written(self) -> Fitted:
@@ -79,9 +81,20 @@ def by_evidence(
     bases = [(n, _whole(state, without[n.suspect.label])) for n in outcome.names]
     steps = [_step(state, search, outcome.chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Candidate)]
     decided = _with_all_logs(state, search, outcome)
+    progress("smallest sizes that would have been named")
+    least = _least(search, outcome)
     changes = tuple(_changed(decided, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
     state = replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=tuple(steps))
-    return state, replace(decided, changes=changes)
+    return state, replace(decided, changes=changes, least=least)
+
+
+def _least(search: EvidenceSearch, outcome: Said) -> tuple[LeastSize, ...]:
+    """Sizes at which the others would have been as probable as not, by all logs."""
+    chosen = outcome.on_all[outcome.chosen.labels]
+    others = [s for s in replace(search, fitted=(chosen,)).suspects() if s.label not in chosen.labels]
+    found = visible_sizes(outcome.all_logs, chosen, others, -search.log_odds)
+    stated = [s.suspect.free.start if isinstance(s.suspect, Changed) else None for s in found]
+    return tuple(LeastSize(s.suspect.effect, s.suspect.where, s.parameter, s.unit, s.size, at) for s, at in zip(found, stated, strict=True))
 
 
 def _with_all_logs(state: GateSearch, search: EvidenceSearch, outcome: Said) -> Decided:
@@ -90,7 +103,7 @@ def _with_all_logs(state: GateSearch, search: EvidenceSearch, outcome: Said) -> 
     chosen, alone = on_all_logs(state, outcome.all_logs, outcome.on_all[names]), None
     if outcome.word == "unknown" and names:
         alone = as_constants(search.null), on_all_logs(state, outcome.all_logs, outcome.on_all[search.null.labels])
-    return Decided(outcome, half_width(search.seen, outcome.chosen), chosen, alone, ())
+    return Decided(outcome, half_width(search.seen, outcome.chosen), chosen, alone, (), ())
 
 
 Whole = tuple[Fit, tuple[Evaluation, ...]]  # a model on the fit logs and on the hold-out

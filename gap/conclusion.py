@@ -17,7 +17,7 @@ from gap.fitting.model import Model
 from gap.fitting.temperatures import warmings
 from gap.judged_file import JudgedFile, Searched, judged_file
 from gap.maneuvers.doubt import next_of
-from gap.outcome.findings import by_fit_logs, constants, document, finding, not_seen, step_finding
+from gap.outcome.findings import by_fit_logs, constants, document, finding, least_sizes, not_seen, step_finding
 from gap.outcome.found import Found
 from gap.outcome.held_constants import held_constants
 from gap.outcome.localise import localise
@@ -40,8 +40,9 @@ def concluded(done: Searched) -> Found:
     done, half_width = _weighed(done)
     judged = judged_file(done, half_width)
     places = localise(done.nominal, done.names, done.state.first_screening, done.loaded.rig)
-    state, progress = replace(done.state, screening=_smallest(done.state, done.progress)), done.progress
-    done = replace(done, state=state)
+    if not done.decided:
+        done = replace(done, state=replace(done.state, screening=_smallest(done.state, done.progress)))
+    state, progress = done.state, done.progress
     found, leads = _findings(done, judged, half_width)
     word = with_steps(judged.word, state.coarse)
     text = with_step_lines(judged.text, state.coarse)  # only now: what was judged reads more finely, and the steps count as noise
@@ -60,6 +61,7 @@ def concluded(done: Searched) -> Found:
         problems=done.problems,
         improved_text=text,
         content=content,
+        by_evidence=done.decided is not None,
         with_all_logs=judged.all_logs.seen if judged.all_logs else None,
     )
 
@@ -119,7 +121,7 @@ def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Con
         "gap": _gap(done, judged),
         "held": _held(done, word, told),
         "remainder": judged.rest,
-        "not_seen": not_seen(state.screening, told_of, readable(logs, loaded.rig)),
+        "not_seen": not_seen(done.decided.least if done.decided else least_sizes(state.screening), told_of, readable(logs, loaded.rig)),
         "next_maneuver": next_of(loaded, state, word, progress) if done.settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in done.problems],
         "temperatures": _temperatures(state, judged.written.model, progress),

@@ -48,6 +48,19 @@ class Promise:
     signature: LinearSignature | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Freed:
+    """What of an effect's columns the constants do not do: sᵀs and sᵀr of its parameters `numbers` that change anything alone; precision
+    and ends of their priors."""
+
+    numbers: tuple[int, ...]
+    inner: Array
+    mixed: Array
+    weights: Array
+    low: Array
+    high: Array
+
+
 def signatures_of(seen: Seen, base: Hypothesis, suspects: Sequence[Candidate]) -> list[LinearSignature]:
     """A few simulations for every suspect, about the model of `base`: every parameter alone, and one of several at every start."""
     tried = [(suspect, model) for suspect in suspects for model in points(suspect, base.model)]
@@ -122,26 +135,38 @@ class Screen:
         if not suspect.free:
             inner, mixed = self._freed(rows)
             return Promise(suspect, base.log_z + float(mixed[0] - 0.5 * inner[0, 0]), signature)
-        grown = base.model.with_effect(suspect.entry, suspect.free)
-        prior, number = prior_of(grown), len(base.model.free)
+        own = self.freed(signature)
+        if len(own.numbers) == 1:
+            gain = added(own.inner[0, 0], own.mixed[0], own.low[0], own.high[0], own.weights[0])[1]
+            return Promise(suspect, base.log_z + gain, signature)
+        m = own.inner + np.diag(own.weights)
+        gain = 0.5 * float(own.mixed @ np.linalg.solve(m, own.mixed) + np.sum(np.log(own.weights)) - np.linalg.slogdet(m)[1])
+        return Promise(suspect, base.log_z + gain, signature)
+
+    def freed(self, signature: LinearSignature) -> Freed:
+        """Of an effect that has numbers; one of the signatures given."""
+        base, suspect, rows = self._base, signature.suspect, self._rows[id(signature)]
+        prior, number = prior_of(base.model.with_effect(suspect.entry, suspect.free)), len(base.model.free)
         use = [k for k in range(len(suspect.free)) if any(np.any(c[k]) for c in signature.columns)]
         inner, mixed = self._freed(rows[use])
-        weights, ends = prior.precision[number:][use], (prior.low[number:][use], prior.high[number:][use])
-        if len(use) == 1:
-            return Promise(suspect, base.log_z + added(inner[0, 0], mixed[0], ends[0][0], ends[1][0], weights[0])[1], signature)
-        m = inner + np.diag(weights)
-        gain = 0.5 * (mixed @ np.linalg.solve(m, mixed) + np.sum(np.log(weights)) - np.linalg.slogdet(m)[1])
-        return Promise(suspect, base.log_z + float(gain), signature)
+        weights, low, high = (part[number:][use] for part in (prior.precision, prior.low, prior.high))
+        return Freed(tuple(use), inner, mixed, weights, low, high)
 
     def changed(self, suspect: Changed) -> Promise:
         """A number of the model with a wider prior: the normal posterior under the one divided by that of the other."""
         model = self._base.model
-        number = next(k for k, f in enumerate(model.free) if f.key == suspect.free.key)
-        wide = float(prior_of(suspect.with_wide_prior(model)).precision[number])
+        number, variance, wide = self.of_changed(suspect)
         mean = phi_of(suspect.with_wide_prior(model))[number] + float((self._inverse @ self._slope)[number])
-        less = (wide - 1.0) * float(self._inverse[number, number])
+        less = (wide - 1.0) * variance
         gain = 0.5 * (np.log(wide) - np.log1p(less) - (wide - 1.0) * mean**2 / (1.0 + less))
         return Promise(suspect, self._base.log_z + float(gain))
+
+    def of_changed(self, suspect: Changed) -> tuple[int, float, float]:
+        """Which number of the model it is, its posterior variance under the narrow prior, and the precision of the wide one."""
+        model = self._base.model
+        number = next(k for k, f in enumerate(model.free) if f.key == suspect.free.key)
+        wide = float(prior_of(suspect.with_wide_prior(model)).precision[number])
+        return number, float(self._inverse[number, number]), wide
 
     def _freed(self, rows: Array) -> tuple[Array, Array]:
         """sᵀs and sᵀr less what the constants do of them."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
@@ -21,6 +22,19 @@ from gap.search.search_state import GateSearch, Step
 from gap.search.trial import Trial
 from gap.search.verdict import ALARM, Verdict
 from gap.signatures.screen import Screening
+
+
+@dataclass(frozen=True, slots=True)
+class LeastSize:
+    """The smallest size (SI) of an effect's parameter at which it would have been named; infinite where none would. `stated`: where it is
+    a number of the rig file, from which it would have to differ by as much."""
+
+    effect: str
+    where: str
+    parameter: str
+    unit: str
+    size: float
+    stated: float | None = None
 
 
 def finding(state: GateSearch, step: Step, model: Model, widths: Mapping[str, float], verdict: Verdict) -> dict[str, Any]:
@@ -93,18 +107,22 @@ def constants(model: Model, half_width: Array, file: Model, steady: Sequence[Ste
     return found
 
 
-def not_seen(screening: Screening | None, named: Set[tuple[str, str]], steps: Mapping[str, float]) -> list[dict[str, Any]]:
+def not_seen(sizes: Sequence[LeastSize], named: Set[tuple[str, str]], steps: Mapping[str, float]) -> list[dict[str, Any]]:
     """Every effect that was looked for and not named (effect and place), with the smallest size that would have shown. `steps`: those
     that would have been read off the values, by place."""
     rows = []
-    for s in screening.signatures if screening else ():
-        c = s.candidate
-        if (c.effect, c.where) not in named:
-            by_eye = steps.get(c.where, math.inf) if c.effect == "sensor_quantization" else math.inf
-            size = _short(min(s.smallest_visible, by_eye))
-            parameter = c.free[0].key if c.free else ""
-            rows.append({"effect": c.effect, "where": c.where, "parameter": parameter, "smallest_visible": size, "unit": s.unit})
+    for s in sizes:
+        if (s.effect, s.where) not in named:
+            by_eye = steps.get(s.where, math.inf) if s.effect == "sensor_quantization" else math.inf
+            row = {"effect": s.effect, "where": s.where, "parameter": s.parameter, "smallest_visible": _short(min(s.size, by_eye))}
+            rows.append(row | {"unit": s.unit} | ({} if s.stated is None else {"stated": _short(s.stated)}))
     return sorted(rows, key=lambda row: (str(row["effect"]), str(row["where"])))
+
+
+def least_sizes(screening: Screening | None) -> list[LeastSize]:
+    """What a search by gates would have named."""
+    found = [(s.candidate, s) for s in (screening.signatures if screening else ())]
+    return [LeastSize(c.effect, c.where, c.free[0].key if c.free else "", s.unit, s.smallest_visible) for c, s in found]
 
 
 def document(

@@ -31,3 +31,4 @@ class Found:
     improved_text: str
     content: dict[str, Any]
     with_all_logs: tuple[Evaluation, ...] | None = None
+    by_evidence: bool = False

@@ -190,17 +190,31 @@ def _replay(found: Found, request: Path | None, units: FileUnits) -> str:
 
 def _not_seen(found: Found, units: FileUnits) -> str:
     """The sizes are what the search says of itself; the blind test says how true that is."""
-    sizes = (1.0, 3.0)
+    sizes = () if found.by_evidence else (1.0, 3.0)
     rows = [
-        [r["effect"], r["where"], r["parameter"], units.channel(r["where"], r["unit"]).text(r["smallest_visible"]),
+        [_suspect(r, units), r["where"], r["parameter"], units.channel(r["where"], r["unit"]).text(r["smallest_visible"]),
          *(named_of(k, r["effect"]) for k in sizes)]
         for r in found.content["not_seen"]
     ]  # fmt: skip
     said = "Effects that were looked for and not named, with the smallest size that these logs would have shown, as the search reckons it."
-    if all(every := [named_of(k) for k in sizes]):
+    if found.by_evidence:
+        said += " From that size on their probability would have been 0.5 and more; of a number of the rig file, from so large a change on."
+    elif all(every := [named_of(k) for k in sizes]):
         said += f" In the blind test {every[0]} effects of that size were named and {every[1]} of three times it."
-    heads = ["effect", "where", "parameter", "smallest visible", "blind test: named at this size", "at three times it"]
+    heads = [
+        "effect",
+        "where",
+        "parameter",
+        "smallest visible",
+        *(["blind test: named at this size", "at three times it"] if sizes else []),
+    ]
     return "<h2>Not seen</h2>" + paragraph(said) + table(heads, rows)
+
+
+def _suspect(row: dict[str, Any], units: FileUnits) -> str:
+    if "stated" not in row:
+        return str(row["effect"])
+    return f"{row['effect']}, other than {units.channel(row['where'], row['unit']).text(row['stated'])}"
 
 
 def _diff(found: Found) -> str:

@@ -62,6 +62,11 @@ def test_a_rig_file_that_lacks_nothing_has_no_gap(tmp_path: Path) -> None:
     assert found["verdict"] == "no_gap"
     assert found["findings"] == []
     assert (tmp_path / "out" / "rig.yaml").read_text() == text
+    sizes = {(row["effect"], row["where"]): row for row in found["not_seen"]}
+    assert 0.0 < sizes["valve_deadband", "axis"]["smallest_visible"] < 0.02
+    friction = sizes["coulomb_friction", "axis"]  # which the file has: a change
+    assert friction["stated"] == 20.39
+    assert 0.0 < friction["smallest_visible"] < 20.39
 
 
 @pytest.mark.slow

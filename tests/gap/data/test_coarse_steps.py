@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from gap.data.coarse_steps import coarse_steps, readable
 from gap.data.data_check import check
 from gap.data.measured import Measured, load
 from gap.find import search_gap
-from gap.outcome.findings import not_seen
+from gap.outcome.findings import LeastSize, not_seen
 from gap.outcome.model_file import with_step_lines
 from tests.support.gap import axis_logs
 from tests.support.gap.findings_schema import problems as contract_problems
@@ -134,8 +132,7 @@ def test_no_step_is_claimed_where_the_values_lie_on_none(logs: list[Measured]) -
 
 
 def test_what_would_have_been_read_off_is_among_what_was_not_seen() -> None:
-    place = SimpleNamespace(effect="sensor_quantization", where="sensor:axis.position", free=(SimpleNamespace(key="step"),))
-    claimed: Any = SimpleNamespace(signatures=[SimpleNamespace(candidate=place, smallest_visible=9e-5, unit="m")])
-    for steps, size in (({}, 9e-5), ({place.where: 7e-6}, 7e-6)):
-        (row,) = not_seen(claimed, frozenset(), steps)
+    claimed = LeastSize("sensor_quantization", "sensor:axis.position", "step", "m", 9e-5)
+    for steps, size in (({}, 9e-5), ({claimed.where: 7e-6}, 7e-6)):
+        (row,) = not_seen([claimed], frozenset(), steps)
         assert row["smallest_visible"] == pytest.approx(size)
