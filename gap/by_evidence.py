@@ -24,7 +24,8 @@ from gap.evidence.score.hypothesis import Hypothesis
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import STAGES
 from gap.evidence.visible_sizes import visible_sizes
-from gap.evidence.words import Name, Said, said
+from gap.evidence.votes import Votes
+from gap.evidence.words import Alike, Name, Said, said
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import Fit
@@ -64,8 +65,9 @@ class Decided:
         if name is None:
             return item
         fitted = {f"{rival['effect']} at {rival['where']}": rival for rival in item["look_alikes"]}
-        alike = [_rival(label, share) | fitted.get(label, {}) for label, share in name.alike]
-        return item | {"probability": _short(name.probability), "confirmed": name.confirmed, "look_alikes": alike}
+        alike = [_rival(other) | fitted.get(other.label, {}) for other in name.alike]
+        said = {"probability": _short(name.probability), "confirmed": name.confirmed, "look_alikes": alike}
+        return item | said | _voted(name.votes)
 
 
 def by_evidence(
@@ -120,9 +122,9 @@ def _step(state: GateSearch, search: EvidenceSearch, chosen: Hypothesis, name: N
     assert isinstance(name.suspect, Candidate)
     own = name.suspect
     rest, rivals = chosen.labels - {own.label}, []
-    for label, _ in name.alike:
-        rival = search.known(rest | {label})
-        suspect = next((s for s in rival.suspects if s.label == label), None) if rival else None
+    for other in name.alike:
+        rival = search.known(rest | {other.label})
+        suspect = next((s for s in rival.suspects if s.label == other.label), None) if rival else None
         if rival and isinstance(suspect, Candidate):
             rivals.append(_trial(suspect, _whole(state, rival), base))
     entry = next(e for e in chosen.model.added if (e.effect, e.where) == (own.effect, own.where))
@@ -158,16 +160,22 @@ def _changed(decided: Decided, name: Name, best: Whole, base: Whole) -> dict[str
         "parameters": {free.key.rpartition(".")[2]: number(value, float(decided.chosen.half_width[at]), free.unit) | by_fit_logs(blind)},
         "holdout_gain": _short(_gain(best, base)),
         "t": _short(paired_t(base[1], best[1])),
-        "look_alikes": [_rival(label, share) for label, share in name.alike],
+        "look_alikes": [_rival(other) for other in name.alike],
         "fingerprint": effect.fingerprint if effect else "",
         "equation": effect.search.equation if effect and effect.search else "",
+        **_voted(name.votes),
     }
 
 
-def _rival(label: str, share: float) -> dict[str, Any]:
-    effect, _, where = label.partition(" at ")
+def _voted(votes: Votes | None) -> dict[str, Any]:
+    """What either log says of a name, the other one fitted (ln)."""
+    return {"votes": {"holdout": _short(votes.holdout), "fit_logs": _short(votes.fit_logs)}} if votes else {}
+
+
+def _rival(other: Alike) -> dict[str, Any]:
+    effect, _, where = other.label.partition(" at ")
     place = {"effect": effect, "where": where.partition(" changed")[0]}
-    return place | {"share": _short(share), "holdout_gain": None, "t": None, "parameters": {}}
+    return place | {"share": _short(other.share), "holdout_gain": None, "t": None, "parameters": {}} | _voted(other.votes)
 
 
 def _short(value: float) -> float:

@@ -13,16 +13,27 @@ from gap.evidence.judge import ended_on_all_logs, of_rig_file, on_all_logs, resc
 from gap.evidence.posterior import Shares, shares
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
+from gap.evidence.votes import Ballot, Votes
+
+
+@dataclass(frozen=True, slots=True)
+class Alike:
+    """A suspect exchangeable for one of the best set. `share`: of what that set has with any of them in this place."""
+
+    label: str
+    share: float
+    votes: Votes | None
 
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """One suspect of the best set. `probability`: P(suspect ∈ S); `alike`: other suspects exchangeable for it, with their shares."""
+    """One suspect of the best set. `probability`: P(suspect ∈ S); `votes`: of either log, the other fitted, against the set without it."""
 
     suspect: Suspect
     probability: float
-    alike: tuple[tuple[str, float], ...]
+    alike: tuple[Alike, ...]
     confirmed: bool
+    votes: Votes | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +70,9 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     }
     left = unexplained(search, chosen, channels)
     agreed = judged["chosen"] > judged["constants"] and not left
-    names = tuple(_name(found, chosen, s, agreed) for s in chosen.suspects)
-    word, why = _of_names(names, judged, left) if names else _of_none(found, judged, left)
+    ballot = Ballot(search.seen, judges, {h.labels: h for h in search.fitted}, by_set)
+    names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
+    word, why = _of_names(names, ballot.votes(chosen.labels, search.null.labels), left) if names else _of_none(found, judged, left)
     return Said(word, why, chosen, names, found.none, judged, together(search.seen, judges), by_set)
 
 
@@ -87,20 +99,21 @@ def asked(search: EvidenceSearch) -> list[Hypothesis]:
     return list({h.labels: h for h in [search.null, best, *less, *beside]}.values())
 
 
-def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: bool) -> Name:
-    probability = found.of(suspect.label)
+def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: bool, ballot: Ballot) -> Name:
+    probability, rest = found.of(suspect.label), chosen.labels - {suspect.label}
     group = found.in_place_of(chosen.labels, suspect.label)
-    alike = tuple((label, share) for label, share in group if label != suspect.label)
-    return Name(suspect, probability, alike, probability >= CONFIRMED and judge_agrees)
+    alike = tuple(Alike(label, share, ballot.votes(rest | {label}, rest)) for label, share in group if label != suspect.label)
+    return Name(suspect, probability, alike, probability >= CONFIRMED and judge_agrees, ballot.votes(chosen.labels, rest))
 
 
-def _of_names(names: Sequence[Name], judged: Mapping[str, float], left: Sequence[str]) -> tuple[str, str]:
+def _of_names(names: Sequence[Name], votes: Votes | None, left: Sequence[str]) -> tuple[str, str]:
+    assert votes is not None  # the hold-out is asked about the best set
     listed = " and ".join(f"{n.suspect.label} ({n.probability:.3g})" for n in names)
-    gain = judged["chosen"] - judged["constants"]
-    judge = f"the hold-out is {'more' if gain > 0 else 'less'} probable with it than with constants alone (ln {gain:+.1f})"
+    judge = f"the hold-out is {'more' if votes.holdout > 0 else 'less'} probable with it than with constants alone (ln {votes.holdout:+.1f}"
+    judge += f"; of the fit logs, the hold-out fitted, {votes.fit_logs:+.1f})"
     if left:
         return "unknown", f"Something else acts: beside {listed} {', '.join(left)} stays, more than honest models leave; {judge}."
-    sets = [f"{{{', '.join([n.suspect.label, *(label for label, _ in n.alike)])}}}" for n in names if n.alike]
+    sets = [f"{{{', '.join([n.suspect.label, *(other.label for other in n.alike)])}}}" for n in names if n.alike]
     if sets:
         return "ambiguous", f"These logs cannot tell apart {'; '.join(sets)}. Most probable: {listed}; {judge}."
     return "named", f"{listed}; {judge}."

@@ -72,7 +72,7 @@ def _findings(found: Found, units: FileUnits) -> str:
     """What each name rests on, and what was odd about the data."""
     warnings = "".join(paragraph(f"Data: {units.sentences.text(problem.text())}", "small") for problem in found.problems)
     tried = [*found.content["leads"], *found.content["findings"]]
-    sure = [f"Probability {item['probability']:.3g}; not calibrated yet." for item in tried if "probability" in item]
+    sure = [f"Probability {item['probability']:.3g}; not calibrated yet.{_votes(item)}" for item in tried if "probability" in item]
     records = sure or [_record(found, step) for step in found.state.steps]
     records += ["Read off the logs, not fitted."] * len(found.state.coarse)
     rows, notes = [], []
@@ -84,6 +84,14 @@ def _findings(found: Found, units: FileUnits) -> str:
     if not rows:
         return "<h2>Findings</h2>" + paragraph("No missing effect is named.") + warnings
     return "<h2>Findings</h2>" + table(["effect", "equation", "gain", "t", "look-alikes"], rows) + "".join(notes) + warnings
+
+
+def _votes(item: dict[str, Any]) -> str:
+    """What either log says of a name where the other one is fitted."""
+    if "votes" not in item:
+        return ""
+    by = item["votes"]
+    return f" Votes (ln): the hold-out {by['holdout']:+.1f}, the fit logs fitted; the fit logs {by['fit_logs']:+.1f}, the hold-out fitted."
 
 
 def _short(value: float | None) -> str:

@@ -75,6 +75,8 @@ def test_missing_friction_is_named_with_its_probability(tmp_path: Path) -> None:
     (item,) = found["findings"]
     assert (item["effect"], item["where"], item["confirmed"]) == ("coulomb_friction", "axis", True)
     assert item["probability"] > 0.99
+    assert item["votes"]["holdout"] > 100.0  # the whole gap is this friction, in either log
+    assert item["votes"]["fit_logs"] > 100.0
     assert item["parameters"]["friction"]["value"] == pytest.approx(20.39, rel=0.02)
     assert "coulomb_friction" in (tmp_path / "out" / "rig.yaml").read_text()
     assert (tmp_path / "out" / "report.html").exists()
