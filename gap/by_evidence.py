@@ -20,7 +20,7 @@ from gap.data.windows import Experiment
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.opening import opening
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis
+from gap.evidence.score.hypothesis import Hypothesis, beyond
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import STAGES
 from gap.evidence.visible_sizes import visible_sizes
@@ -31,6 +31,8 @@ from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
 from gap.outcome.findings import LeastSize, by_fit_logs, number
+from gap.outcome.localise import Disagreement
+from gap.outcome.unexplained import in_words, where_unexplained
 from gap.search.search_state import GateSearch, Step
 from gap.search.trial import FLOOR, Trial
 from gap.search.verdict import Verdict
@@ -49,6 +51,7 @@ class Decided:
     alone: tuple[Model, Fitted] | None
     changes: tuple[dict[str, Any], ...]  # findings: numbers of the rig file that have changed
     least: tuple[LeastSize, ...]  # of every suspect beside the chosen set, what all logs would have shown
+    places: tuple[Disagreement, ...]  # where the chosen set leaves more than honest models leave
 
     @property
     def written(self) -> Fitted:
@@ -57,7 +60,7 @@ class Decided:
 
     @property
     def verdict(self) -> Verdict:
-        return Verdict(self.said.word, self.said.why, self.said.confirmed)
+        return Verdict(self.said.word, f"{self.said.why}{in_words(self.places)}", self.said.confirmed)
 
     def with_probability(self, item: dict[str, Any]) -> dict[str, Any]:
         """A finding with its probability, and its look-alikes with their shares."""
@@ -87,7 +90,10 @@ def by_evidence(
     least = _least(search, outcome)
     changes = tuple(_changed(decided, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
     state = replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=tuple(steps))
-    return state, replace(decided, changes=changes, least=least)
+    left = beyond(search.seen, outcome.chosen)
+    left_there = [replace(e, experiment=own) for e, own in zip(best[0].evaluations, search.seen.experiments, strict=True)]
+    places = where_unexplained(left_there, outcome.chosen.at.discrepancy, left, names, loaded.rig)
+    return state, replace(decided, changes=changes, least=least, places=tuple(places))
 
 
 def _least(search: EvidenceSearch, outcome: Said) -> tuple[LeastSize, ...]:
@@ -105,7 +111,7 @@ def _with_all_logs(state: GateSearch, search: EvidenceSearch, outcome: Said) -> 
     chosen, alone = on_all_logs(state, outcome.all_logs, outcome.on_all[names]), None
     if outcome.word == "unknown" and names:
         alone = as_constants(search.null), on_all_logs(state, outcome.all_logs, outcome.on_all[search.null.labels])
-    return Decided(outcome, half_width(search.seen, outcome.chosen), chosen, alone, (), ())
+    return Decided(outcome, half_width(search.seen, outcome.chosen), chosen, alone, (), (), ())
 
 
 Whole = tuple[Fit, tuple[Evaluation, ...]]  # a model on the fit logs and on the hold-out

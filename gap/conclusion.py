@@ -20,7 +20,7 @@ from gap.maneuvers.doubt import next_of
 from gap.outcome.findings import by_fit_logs, constants, document, finding, least_sizes, not_seen, step_finding
 from gap.outcome.found import Found
 from gap.outcome.held_constants import held_constants
-from gap.outcome.localise import localise
+from gap.outcome.localise import Disagreement, localise
 from gap.outcome.model_file import with_step_lines
 from gap.outcome.stated_zeros import stated_zeros
 from gap.outcome.written import again, widths_of
@@ -39,7 +39,7 @@ def concluded(done: Searched) -> Found:
     """The verdict with everything that report, findings file and improved rig file need."""
     done, half_width = _weighed(done)
     judged = judged_file(done, half_width)
-    places = localise(done.nominal, done.names, done.state.first_screening, done.loaded.rig)
+    places = _places(done, judged.word)
     if not done.decided:
         done = replace(done, state=replace(done.state, screening=_smallest(done.state, done.progress)))
     state, progress = done.state, done.progress
@@ -74,6 +74,13 @@ def _weighed(done: Searched) -> tuple[Searched, Array]:
     if done.decided:
         return replace(done, state=state), np.maximum(half_width, done.decided.half_width)
     return replace(done, state=weighed(state, half_width, done.progress)), half_width
+
+
+def _places(done: Searched, word: Verdict) -> list[Disagreement]:
+    """Where something acts that the evidence cannot name; else where the rig file and the hold-out disagree."""
+    if done.decided and done.decided.places and word.word == "unknown":
+        return list(done.decided.places)
+    return localise(done.nominal, done.names, done.state.first_screening, done.loaded.rig)
 
 
 def _at_own_scale(state: GateSearch) -> GateSearch:

@@ -56,6 +56,7 @@ class Disagreement:
     imbalance_z: float | None = None  # of the equation in standard deviations; None where it could not be formed
     over: Region | None = None  # the region where it is a range of one variable
     depends_on: tuple[dict[str, Any], ...] = ()  # on what the imbalance depends most, with means and 95 % intervals
+    windows: tuple[dict[str, Any], ...] = ()  # parts of logs in which it is largest, where these are known
 
     def as_dict(self) -> dict[str, Any]:
         return asdict(self) | {"band_Hz": list(self.band_Hz)}
@@ -67,27 +68,34 @@ def localise(evaluations: Sequence[Evaluation], names: Sequence[str], screening:
     if excess.sum() <= 0.02:
         return []
     shares = excess / excess.sum()
-    formed = _formed([e.experiment.log for e in evaluations], rig)
-    worst = max(formed, key=lambda item: item[1].z, default=None)
-    if worst is None or worst[1].z < VIOLATED:
+    formed = formed_balances([e.experiment.log for e in evaluations], rig)
+    worst = most_violated(formed)
+    if worst is None:
         equation, z, found = _by_signature(screening, formed), None, []
     else:
         equation, z = f"{worst[1].equation} of {worst[1].where}", round(worst[1].z, 1)
         found = dependences(worst[1], worst[0], rig)
     depends_on = tuple(d.as_dict() for d in found)
+    values = [operating_values(e, rig) for e in evaluations]
     places = []
     for k in np.argsort(-shares):
         if shares[k] >= LEAST_SHARE:
-            over = None if found else _region(evaluations, k, rig)
+            over = None if found else most_in(evaluations, values, [left_of(e, k) ** 2 - 1.0 for e in evaluations])
             region = found[0].text() if found else over.text() if over else "everywhere"
             places.append(Disagreement(names[k], equation, region, band(evaluations, k), round(float(shares[k]), 3), z, over, depends_on))
     return places
 
 
-def _formed(logs: Sequence[Measured], rig: Rig) -> list[tuple[Measured, Balance]]:
+def formed_balances(logs: Sequence[Measured], rig: Rig) -> list[tuple[Measured, Balance]]:
     """Every balance of every log, with its log."""
     sigma = noise_floors(logs, rig)
     return [(log, balance) for log in logs for balance in balances(log, rig, sigma)]
+
+
+def most_violated(formed: Sequence[tuple[Measured, Balance]]) -> tuple[Measured, Balance] | None:
+    """The balance that comes out even least, with its log; None where all come out even."""
+    worst = max(formed, key=lambda item: item[1].z, default=None)
+    return None if worst is None or worst[1].z < VIOLATED else worst
 
 
 def _by_signature(screening: Screening | None, formed: Sequence[tuple[Measured, Balance]]) -> str:
@@ -113,12 +121,11 @@ def operating_values(evaluation: Evaluation, rig: Rig) -> Mapping[str, Array]:
     return found
 
 
-def _region(evaluations: Sequence[Evaluation], k: int, rig: Rig) -> Region | None:
+def most_in(evaluations: Sequence[Evaluation], values: Sequence[Mapping[str, Array]], excesses: Sequence[Array]) -> Region | None:
     """The fifth of an operating variable's range in which the excess is most concentrated; every window counts once, whatever its rate.
-    None where it is no more than anywhere."""
-    values = [operating_values(e, rig) for e in evaluations]
-    excess = np.concatenate([left_of(e, k).ravel() ** 2 for e in evaluations]) - 1
-    weight = np.concatenate([np.full(e.experiment.measured[:, :, k].size, 1.0 / e.experiment.plan.samples) for e in evaluations])
+    None where it is no more than anywhere. `values` of the variables and `excesses` (NaN: not measured) log by log, windows × samples."""
+    excess = np.concatenate([own.ravel() for own in excesses])
+    weight = np.concatenate([np.full(own.size, 1.0 / e.experiment.plan.samples) for e, own in zip(evaluations, excesses, strict=True)])
     weight[~np.isfinite(excess)] = 0.0
     excess = np.nan_to_num(excess)
     mean = max(float(weight @ excess / weight.sum()), 1e-12)

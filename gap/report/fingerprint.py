@@ -82,7 +82,14 @@ def unit_of(variable: str, rig: Rig) -> str:
     if joint not in rig.joints:
         return ""
     length = "rad" if rig.joints[joint].motion == "rotary" else "m"
-    units = {"velocity": f"{length}/s", "acceleration": f"{length}/s^2", "position": length, "command_rate": "V/s", "command_V": "V"}
+    units = {
+        "velocity": f"{length}/s",
+        "acceleration": f"{length}/s^2",
+        "position": length,
+        "command_rate": "V/s",
+        "command_V": "V",
+        "since_reversal_s": "s",
+    }
     return units.get(kind, "")
 
 

@@ -59,7 +59,7 @@ def region_text(place: Disagreement, rig: Rig, units: FileUnits) -> str:
         return place.region
     over = units.channel(place.over.variable, unit_of(place.over.variable, rig))
     span = f"{over.span((place.over.low, place.over.high))} {over.unit}".rstrip()
-    return f"{place.over.variable.removesuffix('_V')} from {span}: {place.over.times:.1f} times the mean"
+    return f"{place.over.variable.removesuffix('_V').removesuffix('_s')} from {span}: {place.over.times:.1f} times the mean"
 
 
 def fingerprints(found: Found) -> list[tuple[str, Fingerprint]]:
