@@ -10,18 +10,24 @@
     └── PlantError                 the simulated plant cannot be built or has left its valid range
 
 Every message says what, value, limit, unit, where and what to do next; `Refusal` holds these parts so that the command line
-can print them as text and as JSON without taking sentences apart.
+can print them as text and as JSON without taking sentences apart. `mend` names what was given and does not fit, with a value that
+does: a key of the maneuver ("y0": "0.31 m"), an option ("--joint": "rotary"; "" for one that stands alone, None to leave it out), or a
+word as it was typed.
 
 Exit statuses of the command line: 0 done, 1 refused (any LongreachError), 2 wrong usage, 3 unusable data.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 EXIT_REFUSED = 1
 EXIT_USAGE = 2
 EXIT_UNUSABLE_DATA = 3
+
+Mend = Mapping[str, str | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +40,7 @@ class Refusal:
     unit: str = ""
     where: str = ""
     next_step: str = ""
+    mend: Mend = field(default_factory=dict)
 
     def text(self) -> str:
         head = f"{self.where}: {self.what}" if self.where else self.what
@@ -44,7 +51,7 @@ class Refusal:
             head += f" (limit: {self.limit}{unit})"
         return f"{head}. {self.next_step}" if self.next_step else head
 
-    def as_dict(self) -> dict[str, str]:
+    def as_dict(self) -> dict[str, Any]:
         return {key: value for key, value in asdict(self).items() if value}
 
 
@@ -53,8 +60,18 @@ class LongreachError(Exception):
 
     exit_status = EXIT_REFUSED
 
-    def __init__(self, what: str, *, value: object = "", limit: object = "", unit: str = "", where: str = "", next_step: str = "") -> None:
-        self.refusal = Refusal(what, str(value), str(limit), unit, where, next_step)
+    def __init__(
+        self,
+        what: str,
+        *,
+        value: object = "",
+        limit: object = "",
+        unit: str = "",
+        where: str = "",
+        next_step: str = "",
+        mend: Mend | None = None,
+    ) -> None:
+        self.refusal = Refusal(what, str(value), str(limit), unit, where, next_step, mend or {})
         super().__init__(self.refusal.text())
 
 
@@ -70,9 +87,10 @@ class ConfigError(LongreachError):
         unit: str = "",
         where: str = "",
         next_step: str = "",
+        mend: Mend | None = None,
         problems: tuple[Refusal, ...] = (),
     ) -> None:
-        super().__init__(what, value=value, limit=limit, unit=unit, where=where, next_step=next_step)
+        super().__init__(what, value=value, limit=limit, unit=unit, where=where, next_step=next_step, mend=mend)
         self.problems = problems or (self.refusal,)
 
 

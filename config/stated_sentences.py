@@ -65,7 +65,8 @@ class StatedSentences:
         unit = f" {parts.unit}" if parts.unit else ""
         value, limit = (f"{each}{unit}" if each else "" for each in (parts.value, parts.limit))
         what, value, limit = self.text(f"{parts.what}\0{value}\0{limit}").split("\0")
-        return type(error)(what, value=value, limit=limit, where=parts.where, next_step=self.text(parts.next_step))
+        mend = {key: value and self.text(value) for key, value in parts.mend.items()}
+        return type(error)(what, value=value, limit=limit, where=parts.where, next_step=self.text(parts.next_step), mend=mend)
 
     def _quantity(self, found: re.Match[str], owner: str, digits: int) -> str:
         first, between, last, si = found[2], found[3], found[4], found[5]

@@ -31,18 +31,19 @@ def to_si(text: str | float, unit: str) -> float:
         return _finite(float(text), unit)
     match = _NUMBER_AND_UNIT.match(text)
     if not match:
-        raise UnitError("not a number with a unit", value=repr(text), next_step=_advice(unit))
+        raise UnitError("not a number with a unit", value=repr(text), next_step=_advice(unit), mend={text: f"1.5 {unit}".rstrip()})
     number, written = float(match[1]), match[2].strip()
     if _AFTER_COMMA.match(written):
-        raise UnitError("a decimal comma", value=repr(text), next_step="Write a point.")
+        raise UnitError("a decimal comma", value=repr(text), next_step="Write a point.", mend={text: text.replace(",", ".", 1)})
     if not written:
         return _finite(number, unit)
+    in_unit = {text: f"{match[1].strip()} {unit}".rstrip()}
     try:
         return _finite(_from_written(number, written, unit), unit)
     except ValueError as error:
-        raise UnitError("wrong kind of unit", value=repr(text), next_step=_advice(unit)) from error
+        raise UnitError("wrong kind of unit", value=repr(text), next_step=_advice(unit), mend=in_unit) from error
     except LookupError as error:
-        raise UnitError("unknown unit", value=repr(text), next_step=_advice(unit)) from error
+        raise UnitError("unknown unit", value=repr(text), next_step=_advice(unit), mend=in_unit) from error
 
 
 def from_si(value: float, unit: str, wanted: str) -> float:

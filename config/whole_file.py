@@ -7,6 +7,7 @@ import os
 import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 from config.errors import LogError, LongreachError
@@ -37,6 +38,11 @@ def refused_by_system(error: OSError) -> LongreachError:
     """A refusal by the operating system as one of ours: which file, why, what to do."""
     where = os.fsdecode(error.filename) if isinstance(error.filename, (str, bytes, os.PathLike)) else ""
     return LongreachError("the operating system refuses", value=error.strerror or str(error), where=where, next_step=system_advice(error))
+
+
+def free_name(path: Path) -> Path:
+    """The first of NAME-2, NAME-3 … beside a file or folder that nothing has yet."""
+    return next(name for k in count(2) if not (name := path.with_name(f"{path.stem}-{k}{path.suffix}")).exists())
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
-from config.errors import ConfigError
+from config.errors import ConfigError, Mend
 from config.progress import Progress
 
 Task = TypeVar("Task")
@@ -56,13 +56,16 @@ def each(pool: Executor, work: Callable[[Task], Answer], tasks: Sequence[Task]) 
         yield waiting[future], future.result()
 
 
+_WITHOUT: Mend = {"--dask": None}  # on this computer alone
+
+
 @contextmanager
 def _dask_executor(address: str, progress: Progress) -> Iterator[Executor]:
     try:
         from distributed import Client  # optional: only who asks for a cluster needs it
     except ImportError as error:
         advice = 'Install it with: pip install "longreach[dask]"'
-        raise ConfigError("a Dask cluster needs the library distributed", where="--dask", next_step=advice) from error
+        raise ConfigError("a Dask cluster needs the library distributed", where="--dask", next_step=advice, mend=_WITHOUT) from error
     _refuse_unless_scheduler(address)
     client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)
     try:
@@ -82,7 +85,7 @@ def _await_worker(client: Any, address: str, progress: Progress) -> None:
         client.wait_for_workers(1, timeout=WORKER_S)
     except TimeoutError as error:
         what, advice = f"no worker joined the Dask scheduler within {WORKER_S:g} s", f"{start_one}, or leave --dask away."
-        raise ConfigError(what, value=address, where="--dask", next_step=advice) from error
+        raise ConfigError(what, value=address, where="--dask", next_step=advice, mend=_WITHOUT) from error
 
 
 def _refuse_unless_scheduler(address: str) -> None:
@@ -91,12 +94,12 @@ def _refuse_unless_scheduler(address: str) -> None:
     try:
         kind = asyncio.run(asyncio.wait_for(_identity(address), CONNECT_S))["type"]
     except ValueError as error:
-        raise ConfigError("no address of a Dask scheduler", value=repr(address), where="--dask", next_step=advice) from error
+        raise ConfigError("no address of a Dask scheduler", value=repr(address), where="--dask", next_step=advice, mend=_WITHOUT) from error
     except Exception as error:  # silence, and whatever the bytes of a stranger break in the library
         what = f"no Dask scheduler answers within {CONNECT_S:g} s"
-        raise ConfigError(what, value=address, where="--dask", next_step=advice) from error
+        raise ConfigError(what, value=address, where="--dask", next_step=advice, mend=_WITHOUT) from error
     if kind != "Scheduler":
-        raise ConfigError(f"a Dask {kind} answers, no scheduler", value=address, where="--dask", next_step=advice)
+        raise ConfigError(f"a Dask {kind} answers, no scheduler", value=address, where="--dask", next_step=advice, mend=_WITHOUT)
 
 
 async def _identity(address: str) -> dict[str, Any]:

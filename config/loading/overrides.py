@@ -9,7 +9,7 @@ import yaml
 
 from config.errors import ConfigError
 from config.options.driver_options import options_schema
-from config.parsing.nearest import nearest_text
+from config.parsing.nearest import nearest, nearest_text
 from config.parsing.yaml_tree import YamlTree, dotted, end_of, entry, parse
 from config.schema.model_fields import bare, fields_of, member_for, place_of_path, union_members
 from config.schema.rig import Rig
@@ -27,9 +27,9 @@ def apply_overrides(text: str, assignments: Iterable[str]) -> str:
     for assignment in assignments:
         key, equals, value = assignment.partition("=")
         if not equals or not key.strip() or not value.strip():
-            raise ConfigError(
-                "an override is written key.path=value", value=repr(assignment), next_step="Example: servo.rotary.gain=0.5 V/deg"
-            )
+            example = "servo.rotary.gain=0.5 V/deg"
+            what = "an override is written key.path=value"
+            raise ConfigError(what, value=repr(assignment), next_step=f"Example: {example}", mend={assignment: example})
         text = _override(text, key.strip(), value.strip())
     return text
 
@@ -37,7 +37,7 @@ def apply_overrides(text: str, assignments: Iterable[str]) -> str:
 def _override(text: str, key: str, value: str) -> str:
     tree = parse(text, "rig.yaml")
     _check_value(value, key)
-    path = _resolve(key, tree)
+    path = _resolve(key, value, tree)
     node: yaml.Node = tree.root
     for depth, part in enumerate(path):
         found = entry(node, part)
@@ -49,7 +49,7 @@ def _override(text: str, key: str, value: str) -> str:
     return text[:start] + space + value + text[end:]
 
 
-def _resolve(key: str, tree: YamlTree) -> Path:
+def _resolve(key: str, value: str, tree: YamlTree) -> Path:
     """The path a dotted key means. Names in the file may hold dots themselves (`signals.rotary.position.max_age`)."""
     content = with_inferred(tree.plain)
     path: Path = ()
@@ -60,7 +60,10 @@ def _resolve(key: str, tree: YamlTree) -> Path:
         if not count:
             where = dotted(path) or "a rig file"
             what = f"{key}: {words[0]!r} is not a key of {where}{nearest_text(words[0], known)}"
-            raise ConfigError(what, where="override", next_step=f"Keys of {where}: {', '.join(known)}." if known else "")
+            advice = f"Keys of {where}: {', '.join(known)}." if known else ""
+            better = ".".join([*key.split(".")[: -len(words)], nearest(words[0], known) or "", *words[1:]])
+            mend = {f"{key}={value}": f"{better}={value}"} if nearest(words[0], known) else {}
+            raise ConfigError(what, where="override", next_step=advice, mend=mend)
         path = (*path, known[".".join(words[:count])])
         words = words[count:]
     return path

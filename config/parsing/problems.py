@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from config.errors import ConfigError, Refusal
+from config.errors import ConfigError, Mend, Refusal
 
 
 @dataclass(frozen=True, order=True, slots=True)
@@ -23,10 +23,19 @@ class Problem:
 
 
 def problem_at(
-    name: str, line: int, column: int, what: str, *, value: str = "", limit: str = "", unit: str = "", next_step: str = ""
+    name: str,
+    line: int,
+    column: int,
+    what: str,
+    *,
+    value: str = "",
+    limit: str = "",
+    unit: str = "",
+    next_step: str = "",
+    mend: Mend | None = None,
 ) -> Problem:
     """A problem whose `where` is name:line:column."""
-    return Problem(line, column, Refusal(what, value, limit, unit, f"{name}:{line}:{column}", next_step))
+    return Problem(line, column, Refusal(what, value, limit, unit, f"{name}:{line}:{column}", next_step, mend or {}))
 
 
 def config_error(name: str, problems: Sequence[Problem]) -> ConfigError:
@@ -41,5 +50,11 @@ def config_error(name: str, problems: Sequence[Problem]) -> ConfigError:
 
 def _single(refusal: Refusal) -> ConfigError:
     return ConfigError(
-        refusal.what, value=refusal.value, limit=refusal.limit, unit=refusal.unit, where=refusal.where, next_step=refusal.next_step
+        refusal.what,
+        value=refusal.value,
+        limit=refusal.limit,
+        unit=refusal.unit,
+        where=refusal.where,
+        next_step=refusal.next_step,
+        mend=refusal.mend,
     )

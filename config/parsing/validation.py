@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from config.errors import UnitError
+from config.errors import Mend, UnitError
 from config.parsing.nearest import nearest, nearest_text
 from config.parsing.problems import Problem
 from config.parsing.yaml_tree import YamlTree, dotted
@@ -137,14 +137,37 @@ def _wrong_quantity(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Pr
     allowed = _allowed(place, "")
     if allowed:
         next_step = f"{next_step} Allowed: {allowed}.".strip()
-    return tree.problem(path, what, value=_shown(tree.value(path)), next_step=next_step)
+    return tree.problem(path, what, value=_shown(tree.value(path)), next_step=next_step, mend=_in_unit(path, place, tree))
+
+
+def _in_unit(path: tuple[str | int, ...], place: SchemaKey, tree: YamlTree) -> Mend:
+    """The number that was written, in the unit that is wanted."""
+    written = tree.value(path)
+    units = units_of(place.field) if place.field else ()
+    try:
+        to_si(written, units[0]) if isinstance(written, str) and len(units) == 1 else None
+    except UnitError as error:
+        return {dotted(path): error.refusal.mend.get(written)}
+    return {}
 
 
 def _out_of_range(place: SchemaKey, tree: YamlTree) -> Problem:
     written = tree.value(place.path)
     unit = _unit(place)
     shown = str(written) if written_unit(written) or not unit else f"{written} {unit}"
-    return tree.problem(place.path, f"{dotted(place.path)} is out of range", value=shown, limit=_allowed(place, written_unit(written)))
+    limit, mend = _allowed(place, written_unit(written)), _nearest_bound(place, written)
+    return tree.problem(place.path, f"{dotted(place.path)} is out of range", value=shown, limit=limit, mend=mend)
+
+
+def _nearest_bound(place: SchemaKey, written: Any) -> Mend:
+    low, high = limits(place.field)
+    unit = _unit(place, written_unit(written))
+    try:
+        value = to_si(written, unit)
+    except UnitError:
+        return {}
+    bound = low if low is not None and value < low else high
+    return {} if bound is None else {dotted(place.path): f"{bound:.6g} {unit}".rstrip()}
 
 
 def _wrong_value(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:

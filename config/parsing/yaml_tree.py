@@ -19,7 +19,7 @@ import yaml
 from yaml.composer import Composer
 from yaml.resolver import Resolver
 
-from config.errors import ConfigError
+from config.errors import ConfigError, Mend
 from config.parsing.problems import Problem, config_error, problem_at
 
 Path = tuple[str | int, ...]
@@ -126,10 +126,19 @@ class YamlTree:
         return mark.line + 1, mark.column + 1
 
     def problem(
-        self, path: Sequence[str | int], what: str, *, of_key: bool = False, value: str = "", limit: str = "", next_step: str = ""
+        self,
+        path: Sequence[str | int],
+        what: str,
+        *,
+        of_key: bool = False,
+        value: str = "",
+        limit: str = "",
+        next_step: str = "",
+        mend: Mend | None = None,
     ) -> Problem:
         """A problem placed at `path`."""
-        return problem_at(self.name, *self.mark(path, of_key=of_key), what, value=value, limit=limit, next_step=next_step)
+        place = self.mark(path, of_key=of_key)
+        return problem_at(self.name, *place, what, value=value, limit=limit, next_step=next_step, mend=mend)
 
 
 def parse(text: str, name: str) -> YamlTree:

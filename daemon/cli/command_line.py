@@ -38,8 +38,7 @@ def run(words: Sequence[str]) -> int:
         return EXIT_REFUSED
     except (LongreachError, OSError) as error:
         refusal = error if isinstance(error, LongreachError) else refused_by_system(error)
-        named = f"{arguments.command} {getattr(arguments, 'verb', '')}".strip()
-        report(refusal, named, words, as_json=getattr(arguments, "json", False))
+        report(refusal, words, arguments)
         return refusal.exit_status
     except KeyboardInterrupt:
         print("interrupted; the daemon goes on: `longreach status` shows what it does, `longreach stop` stops motion", file=sys.stderr)

@@ -14,6 +14,7 @@ def moment(text: str | None, option: str, end: bool = False) -> datetime | None:
     try:
         found = datetime.fromisoformat(text)
     except ValueError as error:
-        raise UsageError("no date", value=repr(text), where=option, next_step="Write it as 2026-05-31 or 2026-05-31T14:00.") from error
+        advice = "Write it as 2026-05-31 or 2026-05-31T14:00."
+        raise UsageError("no date", value=repr(text), where=option, next_step=advice, mend={option: "2026-05-31"}) from error
     found = found if found.tzinfo else found.replace(tzinfo=UTC)
     return found + timedelta(days=1) if end and len(text) == len("2026-05-31") else found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
 import shlex
@@ -11,10 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from config.errors import DaemonError, DriverError, LogError, LongreachError
+from daemon.cli.mended_command import mended_command
 
 _TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls) [^`]*)`")
 _LINE_OF_A_FILE = re.compile(r"\.ya?ml:\d+")
-_MEANT = re.compile(r"'([^']*)'[^:]*: nearest is '([^']*)'")
+_MEANT = re.compile(r"(?:'(?P<word>[^']*)'|(?P<key>[\w.]+) is not a key)[^:]*: nearest is '(?P<better>[^']*)'")
 
 
 def program() -> str:
@@ -23,28 +25,45 @@ def program() -> str:
     return str(called) if called.name == "longreach" and not shutil.which("longreach") else "longreach"
 
 
-def report(error: LongreachError, command: str, words: Sequence[str], *, as_json: bool) -> None:
+def report(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> None:
     """Print a refusal where its reader looks for it: JSON on stdout for scripts, text on stderr for people."""
-    if as_json:
+    if getattr(arguments, "json", False):
         print(json.dumps({"error": {"class": type(error).__name__, "text": str(error), **error.refusal.as_dict()}}))
         return
+    mended, lines = mended_command(error, words, arguments)
+    typed = shlex.join(["longreach", *mended]) if mended else next_command(error, words, arguments)
     print(f"longreach: {error}", file=sys.stderr)
-    print(f"next: {next_command(error, command, words)}", file=sys.stderr)
+    print("".join(f"change {line}\n" for line in lines), end="", file=sys.stderr)
+    print("next: " + re.sub(r"^longreach\b", program(), typed), file=sys.stderr)
 
 
-def next_command(error: LongreachError, command: str, words: Sequence[str]) -> str:
+def next_command(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> str:
     """What the refusal names; else, by its kind, the command that shows more. The same again only once the file it names is mended."""
     named = _TYPED.search(error.refusal.next_step)
     if named:
-        typed = named[1]
-    elif isinstance(error, (DaemonError, DriverError)):
-        typed = "longreach why"
-    elif isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
-        typed = f"longreach log check {shlex.quote(error.refusal.where)}"
-    elif _LINE_OF_A_FILE.search(str(error)):
-        typed = shlex.join(["longreach", *words])
-    elif (meant := _MEANT.search(error.refusal.what)) and meant[1] in words:
-        typed = shlex.join(["longreach", *(meant[2] if word == meant[1] else word for word in words)])
-    else:
-        typed = f"longreach {command} --help"
-    return re.sub(r"^longreach\b", program(), typed)
+        return named[1]
+    if isinstance(error, (DaemonError, DriverError)):
+        return "longreach why"
+    if isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
+        return f"longreach log check {shlex.quote(error.refusal.where)}"
+    if _LINE_OF_A_FILE.search(str(error)) or _names_own_file(error, words):
+        return shlex.join(["longreach", *words])
+    meant = _MEANT.search(error.refusal.what)
+    better = [_as_meant(word, meant) for word in words] if meant else words
+    if better != words:
+        return shlex.join(["longreach", *better])
+    return f"longreach {arguments.command} {getattr(arguments, 'verb', '')}".rstrip() + " --help"
+
+
+def _as_meant(word: str, meant: re.Match[str]) -> str:
+    """The word with the name that is nearest to the one there is not; that may be a key ("maneuver.speeed=3 in/s")."""
+    key, equals, value = word.partition("=")
+    if equals and key.removeprefix("maneuver.") == meant["key"]:
+        return f"{key.removesuffix(meant['key'])}{meant['better']}={value}"
+    return meant["better"] if word == meant["word"] else word
+
+
+def _names_own_file(error: LongreachError, words: Sequence[str]) -> bool:
+    """Whether the refusal says what is wrong in a file that the command names."""
+    place = error.refusal.where
+    return bool(error.refusal.next_step) and any(place == word or place.startswith(f"{word}:") for word in words if Path(word).is_file())

@@ -50,5 +50,6 @@ def shaper_request(arguments: argparse.Namespace, joints: Sequence[str]) -> dict
     try:
         request["frequency_Hz"] = to_si(arguments.focal, "Hz")
     except ConfigError as error:
-        raise ConfigError("unknown focal frequency", value=arguments.focal, limit="initial, final, mid or Hz", where="--focal") from error
+        what, limit = "unknown focal frequency", "initial, final, mid or Hz"
+        raise ConfigError(what, value=arguments.focal, limit=limit, where="--focal", mend={"--focal": "mid"}) from error
     return request

@@ -85,7 +85,8 @@ def error_from(parts: dict[str, Any]) -> LongreachError:
     known = getattr(errors, str(parts.get("class")), DaemonError)
     kind = known if isinstance(known, type) and issubclass(known, LongreachError) else DaemonError
     keywords = {key: str(parts.get(key, "")) for key in ("value", "limit", "unit", "where", "next_step")}
-    return kind(str(parts.get("what", "refused")), **keywords)
+    mend = parts.get("mend")
+    return kind(str(parts.get("what", "refused")), **keywords, mend=mend if isinstance(mend, dict) else {})
 
 
 def result_of(answer: dict[str, Any]) -> dict[str, Any]:

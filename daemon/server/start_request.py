@@ -14,7 +14,7 @@ from config.parsing.yaml_tree import parse
 from config.schema.maneuver import maneuver_content
 from config.schema.rig import Rig
 from daemon.loop.command import StartRun
-from servo_control.planning.planning import plan_run
+from servo_control.planning.mending import plan_or_mend
 from servo_control.planning.run_request import BY_HAND, RunRequest
 from servo_control.planning.runnable import why_not
 from servo_control.streaming.stream_plan import default_filter, plan_stream
@@ -41,7 +41,7 @@ def start_run(rig: Rig, number: int, params: Mapping[str, Any], position: Sequen
         start_position=[float(value) for value in position],
         approach=_typed(params, "approach", bool, False),
     )
-    return StartRun(plan_run(rig, request), request.as_json(), text, _countdown_s(rig, params))
+    return StartRun(plan_or_mend(rig, request), request.as_json(), text, _countdown_s(rig, params))
 
 
 def start_stream(rig: Rig, number: int, params: Mapping[str, Any], position: Sequence[float]) -> StartRun:
@@ -99,7 +99,8 @@ def _with_parameters(text: str, name: str, parameters: Any) -> tuple[str, str]:
 def _assignment(item: Any) -> tuple[str, Any]:
     key, equals, value = item.partition("=") if isinstance(item, str) else ("", "", "")
     if not equals or not key.strip():
-        raise DaemonError("a parameter is written KEY=VALUE", value=repr(item), next_step="Example: 'y0=30 in'.")
+        mend = {item: "y0=30 in"} if isinstance(item, str) else {}
+        raise DaemonError("a parameter is written KEY=VALUE", value=repr(item), next_step="Example: 'y0=30 in'.", mend=mend)
     try:
         return key.strip(), yaml.safe_load(value)
     except yaml.YAMLError as error:

@@ -61,7 +61,7 @@ def of_word(word: str, known: dict[tuple[int, int], NodeObject]) -> NodeObject:
     found = _WORD.fullmatch(word)
     if found is None or (found[3] and found[3] not in (*FORMS, TEXT)) or int(found[2] or 0) > 255:
         advice = f"Write INDEX[:SUB][/TYPE] with a hexadecimal index, for example 6004 or 6401:2/i16; types: {', '.join((*FORMS, TEXT))}."
-        raise ConfigError("not an object", value=word, where="--object", next_step=advice)
+        raise ConfigError("not an object", value=word, where="--object", next_step=advice, mend={word: "6401:2/i16"})
     index, sub = int(found[1], 16), int(found[2] or 0)
     listed = known.get((index, sub), NodeObject(index, sub))
     return NodeObject(index, sub, listed.name, found[3] or listed.type)

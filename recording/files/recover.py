@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from config.errors import LogError
-from config.whole_file import replaced_when_done
+from config.whole_file import free_name, replaced_when_done
 from recording.files.copying import copy_records
 from recording.files.reader import Log, read_log
 from recording.files.scan import MAGIC, Entries
@@ -50,7 +50,8 @@ def recover(path: str | Path, out: str | Path) -> RecoverReport:
     if log.complete or "recovered" in log.metadata:
         return _report(log, None)
     if target.exists():
-        raise LogError("the file to write exists already", where=str(target), next_step="Choose another name; logs are never written over.")
+        advice, mend = "Choose another name; logs are never written over.", {"-o": str(free_name(target))}
+        raise LogError("the file to write exists already", where=str(target), next_step=advice, mend=mend)
     report = _report(log, target)
     with replaced_when_done(target) as temporary:
         _copy(log, temporary, report)

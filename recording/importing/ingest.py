@@ -18,7 +18,7 @@ from config.errors import LogError
 from config.loading.import_map import LoadedMap, load_map
 from config.loading.load import LoadedRig
 from config.parsing.nearest import nearest_text
-from config.whole_file import replaced_when_done
+from config.whole_file import free_name, replaced_when_done
 from recording.files.writer import LogWriter
 from recording.format.layout import CDR_HEADER, CycleLayout
 from recording.importing.coarse_clock import spread
@@ -88,7 +88,8 @@ def ingest_parts(
     names = [out] if len(pieces) == 1 else [out.with_name(f"{out.stem}-{number}{out.suffix}") for number in range(1, len(pieces) + 1)]
     for name in names:
         if name.exists():
-            raise LogError("the log exists already", where=str(name), next_step="Choose another name; recordings are never written over.")
+            advice, mend = "Choose another name; recordings are never written over.", {"-o": str(free_name(out))}
+            raise LogError("the log exists already", where=str(name), next_step=advice, mend=mend)
     for name, piece in zip(names, pieces, strict=True):
         _write(name, layout, piece, _about(source, piece["t_s"], loaded, rig), _attachments(loaded, rig))
     return [_report(name, table, layout, piece, loaded, left_out) for name, piece in zip(names, pieces, strict=True)]

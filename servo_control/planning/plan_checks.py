@@ -30,6 +30,14 @@ def program_peaks(pieces: Sequence[Piece], joints: Sequence[JointLimits], period
     return tuple(Peaks(*values) for values in zip(low, high, rate, acceleration, strict=True))
 
 
+def program_volts(pieces: Sequence[Piece], joints: Sequence[JointLimits], period_s: float) -> list[float]:
+    """The largest excitation on every joint's command."""
+    peaks = [0.0] * len(joints)
+    for _, sample in samples(pieces, period_s):
+        peaks = [max(peak, abs(volts)) for peak, volts in zip(peaks, sample[3], strict=True)]
+    return peaks
+
+
 def check_program(pieces: Sequence[Piece], joints: Sequence[JointLimits], period_s: float, where: str, next_step: str) -> None:
     """Raises ManeuverError for the first cycle outside a limit. `next_step` is the advice for a position outside the travel."""
     for t, (positions, rates, accelerations, _volts) in samples(pieces, period_s):
@@ -56,10 +64,7 @@ def check_position(joint: JointLimits, position: float, t: float, where: str, ne
 
 def check_volts(pieces: Sequence[Piece], rig: Rig, joints: Sequence[JointLimits], period_s: float, where: str) -> None:
     """An excitation on the command must stay below the command limit, and the servo must be able to hold the arm against it."""
-    peaks = [0.0] * len(joints)
-    for _, sample in samples(pieces, period_s):
-        peaks = [max(peak, abs(volts)) for peak, volts in zip(peaks, sample[3], strict=True)]
-    for joint, peak in zip(joints, peaks, strict=True):
+    for joint, peak in zip(joints, program_volts(pieces, joints, period_s), strict=True):
         if peak > joint.command_V:
             raise ManeuverError(
                 f"the excitation of {joint.name} is above the command limit",

@@ -42,37 +42,40 @@ def plan_run(rig: Rig, request: RunRequest) -> RunPlan:
     try:
         return _plan(rig, request)
     except ManeuverError as error:
-        advice = _slower(rig, request)
-        if not advice:
+        share, slower = _slower(rig, request)
+        if not slower:
             raise
         parts = error.refusal
+        advice = f"It is possible at {share:g} of its pace: {', '.join(f'{key} {value}' for key, value in slower.items())}."
         raise ManeuverError(
-            parts.what, value=parts.value, limit=parts.limit, unit=parts.unit, where=parts.where, next_step=advice
+            parts.what, value=parts.value, limit=parts.limit, unit=parts.unit, where=parts.where, next_step=advice, mend=slower
         ) from error
 
 
-def _slower(rig: Rig, request: RunRequest) -> str:
-    """What a line that a filter makes too fast for the joints would need; a correction does not shrink as the pace does, so it is tried."""
+def _slower(rig: Rig, request: RunRequest) -> tuple[float, dict[str, str]]:
+    """What a line that a filter makes too fast for the joints would need, as a share of its pace and by key; nothing where none helps.
+
+    A correction does not shrink as the pace does, so it is tried.
+    """
     if request.shaper.get("kind") not in FASTER_MOVES or request.maneuver.get("kind") != "straight_line":
-        return ""
+        return 1.0, {}
     for share in SLOWER_SHARES:
         slower = {key: share * request.maneuver[key] for key in ("speed", "acceleration")}
         try:
             _plan(rig, replace(request, maneuver={**request.maneuver, **slower}))
         except ManeuverError:
             continue
-        speed, acceleration = slower.values()
-        return f"It is possible at {share:g} of its pace: speed {speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2."
-    return ""
+        return share, {"speed": f"{slower['speed']:.4g} m/s", "acceleration": f"{slower['acceleration']:.4g} m/s^2"}
+    return 1.0, {}
 
 
 def _plan(rig: Rig, request: RunRequest) -> RunPlan:
     maneuver = _maneuver(request.maneuver)
     joints = joint_limits(rig)
     period_s = 1.0 / rig.loop.rate_Hz
-    start = _start(rig, maneuver, joints, request)
+    start = program_start(rig, maneuver, joints, request)
     if request.repeat < 1:
-        raise ManeuverError("repeat must be at least 1", value=request.repeat, where=maneuver.name)
+        raise ManeuverError("repeat must be at least 1", value=request.repeat, where=maneuver.name, mend={"--repeat": "1"})
     kind = str(request.maneuver["kind"])
     pieces = PIECES[kind](maneuver, Ground(joints, rig.arm.hub_offset_m, start))
     choice = ShaperChoice.from_content(request.shaper)
@@ -125,8 +128,8 @@ def _maneuver(content: dict[str, Any]) -> Maneuver:
         ) from error
 
 
-def _start(rig: Rig, maneuver: Maneuver, joints: tuple[JointLimits, ...], request: RunRequest) -> Vector:
-    """The joint position the program itself starts from."""
+def program_start(rig: Rig, maneuver: Maneuver, joints: tuple[JointLimits, ...], request: RunRequest) -> Vector:
+    """The joint position the program itself starts from. ManeuverError where nothing says it, or the rig has no such joints."""
     if isinstance(maneuver, StraightLine):
         names = [joint.name for joint in joints]
         if names != ["rotary", "prismatic"]:
@@ -191,6 +194,7 @@ def _approach(joints: tuple[JointLimits, ...], request: RunRequest, start: Vecto
             unit=joint.unit,
             where=where,
             next_step="Ask for an approach, or jog there.",
+            mend={"--approach": ""},
         )
     for limits, position in zip(joints, start, strict=True):
         check_position(limits, position, 0.0, where, "Choose another start.")

@@ -21,6 +21,7 @@ ADAPTIVE = ("adaptive", "adaptive_zv", "adaptive_coefficients", "adaptive_delay"
 FASTER_MOVES = ("adaptive_zv", "zero_delay")  # make room for smooth ramps, or a correction, by a higher speed
 FOCAL = ("initial", "final", "mid")
 WHERE = "shaper"
+_OPTIONS = {"frequency_Hz": "--focal", "delay_s": "--delay"}  # as the command line calls them
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,4 +72,6 @@ def _within(key: str, value: object, low: float, high: float, unit: str) -> None
     if value is None:
         return
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not isfinite(value) or not low <= value <= high:
-        raise ManeuverError(f"{key} is out of range", value=value, limit=f"{low:g} to {high:g}", unit=unit, where=WHERE)
+        bound = low if isinstance(value, (int, float)) and value < low else high
+        mend = {_OPTIONS[key]: f"{bound:g} {unit}"} if key in _OPTIONS else {}
+        raise ManeuverError(f"{key} is out of range", value=value, limit=f"{low:g} to {high:g}", unit=unit, where=WHERE, mend=mend)

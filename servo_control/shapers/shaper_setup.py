@@ -168,7 +168,9 @@ def _check_delay(delay_s: float, omega: float, link: LinkFrequency | None, exten
         return
     bad = max(angles) if max(angles) > high else min(angles)
     longest, shortest = delay_s * high / max(angles), delay_s * low / min(angles)
-    advice = f"Choose delay_s from {shortest:.3f} to {longest:.3f} s." if shortest <= longest else "Use kind zvd, ei or adaptive."
+    fits = shortest <= longest
+    advice = f"Choose delay_s from {shortest:.3f} to {longest:.3f} s." if fits else "Use kind zvd, ei or adaptive."
+    middle = f"{0.5 * (shortest + longest):.3f} s"
     raise ManeuverError(
         f"the delay T = {delay_s:.4f} s is unsafe: ω_d T leaves the safe range within the extensions of the maneuver",
         value=f"{bad:.2f}",
@@ -176,4 +178,5 @@ def _check_delay(delay_s: float, omega: float, link: LinkFrequency | None, exten
         unit="rad",
         where=WHERE,
         next_step=advice,
+        mend={"--delay": middle} if fits else {"--shaper": "zvd", "--delay": None},
     )

@@ -13,6 +13,7 @@ import numpy as np
 from config.errors import ManeuverError
 from config.progress import Progress
 from config.schema.rig import Rig
+from servo_control.planning.mending import plan_or_mend
 from servo_control.planning.planning import plan_run
 from servo_control.planning.run_plan import RunPlan, TipMotion
 from servo_control.planning.run_request import RunRequest
@@ -123,7 +124,8 @@ def _plan(rig: Rig, maneuver: dict[str, Any], shaper: dict[str, Any]) -> RunPlan
     """From the maneuver's own start, or the middle of the travel."""
     middle = [0.5 * sum(joint.travel) for joint in rig.joints.values()]
     start = [] if maneuver["kind"] == "straight_line" else middle
-    return plan_run(rig, RunRequest(1, maneuver, shaper, start_position=start, approach=bool(start)))
+    request = RunRequest(1, maneuver, shaper, start_position=start, approach=bool(start))
+    return plan_or_mend(rig, request) if shaper["kind"] == "none" else plan_run(rig, request)
 
 
 def _choose(candidates: Sequence[ShaperCandidate], allowed_mps2: float) -> tuple[str, str]:

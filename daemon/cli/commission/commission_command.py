@@ -62,7 +62,8 @@ def _commission(arguments: argparse.Namespace) -> int:
     if arguments.list:
         return _list(arguments, commissioning)
     if not (arguments.yes or sys.stdin.isatty()):
-        raise UsageError("nobody can be asked before motion", where="commission", next_step="Run it on a terminal, or with --yes.")
+        advice = "Run it on a terminal, or with --yes."
+        raise UsageError("nobody can be asked before motion", where="commission", next_step=advice, mend={"--yes": ""})
     folder.mkdir(parents=True, exist_ok=True)
     with _bench(arguments, loaded, folder) as bench:
         context = Context(loaded, bench, folder, _asker(arguments.yes), _tell, arguments.maneuver, arguments.shaper, arguments.effort,

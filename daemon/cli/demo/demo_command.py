@@ -73,8 +73,10 @@ def _refuse_impossible(rig: Rig, runs: Mapping[str, Mapping[str, Any]], own_mane
         for request in runs.values():
             start_run(rig, 1, request, middle)
     except (ManeuverError, DaemonError) as error:
+        if error.refusal.mend:
+            raise
         parts = error.refusal
-        ends = "`longreach demo --help` shows what can be changed." if own_maneuver else "`longreach demo` runs on the shipped testbed."
+        ends = "" if own_maneuver else "`longreach demo` runs on the shipped testbed."
         raise ManeuverError(
             parts.what,
             value=parts.value,

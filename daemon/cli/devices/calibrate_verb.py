@@ -99,8 +99,8 @@ def _output(arguments: argparse.Namespace, loaded: LoadedRig) -> Path | None:
     from config.loading.shipped import shipped
 
     if arguments.write and Path(loaded.path) in shipped("rigs").values():
-        advice = "Write a rig file of your own with -o my_rig.yaml."
-        raise UsageError("a shipped rig file is not changed", value=loaded.path, where="--write", next_step=advice)
+        advice, mend = "Write a rig file of your own with -o my_rig.yaml.", {"--write": None, "-o": "my_rig.yaml"}
+        raise UsageError("a shipped rig file is not changed", value=loaded.path, where="--write", next_step=advice, mend=mend)
     return arguments.output or (Path(loaded.path) if arguments.write else None)
 
 

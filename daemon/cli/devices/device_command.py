@@ -22,7 +22,7 @@ def _options(arguments: argparse.Namespace) -> int:
     from config.errors import ConfigError
     from config.options.driver_options import factories, options_schema
     from config.options.plug_ins import OPTIONS
-    from config.parsing.nearest import nearest_text
+    from config.parsing.nearest import nearest, nearest_text
     from config.reference import drivers_page
 
     known = sorted(factories())
@@ -31,8 +31,9 @@ def _options(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.driver not in known:
         what = f"there is no driver {arguments.driver!r}{nearest_text(arguments.driver, known)}"
-        advice = f"Drivers: {', '.join(known)}. One of your own is known once its package is installed: `longreach new-driver --help`."
-        raise ConfigError(what, next_step=advice)
+        advice = f"Drivers: {', '.join(known)}. One of your own is known once its package is installed: pip install -e longreach-NAME."
+        near = nearest(arguments.driver, known)
+        raise ConfigError(what, next_step=advice, mend={arguments.driver: near} if near else {})
     schema = options_schema(arguments.driver)
     if schema is None:
         advice = f"Its package names them in the entry-point group {OPTIONS}: see `longreach new-driver`."

@@ -15,7 +15,7 @@ from config.options.canopen_options import CanBus, CanopenOptions
 from config.options.device_options import DeviceOptions
 from config.options.driver_options import rig_names
 from config.options.modbus_options import REGISTERS, ModbusChannel, RtuOptions, TcpOptions
-from config.parsing.nearest import nearest_text
+from config.parsing.nearest import nearest, nearest_text
 from config.schema.section import unit_of
 from config.schema.signals import AnySignal
 from config.stated_sentences import Conversion
@@ -89,8 +89,10 @@ def _named(where: DeviceLinks, arguments: argparse.Namespace) -> DeviceOptions |
     known = list(where.rig.rig.devices)
     if arguments.device not in known:
         hint = nearest_text(arguments.device or "", known)
+        meant = nearest(arguments.device or "", known) or known[0]
         what = f"the rig has no device {arguments.device!r}{hint}" if arguments.device else "which device of the rig?"
-        raise UsageError(what, where="DEVICE", next_step=f"Devices: {', '.join(known)}.")
+        advice = f"Devices: {', '.join(known)}. `longreach device {arguments.verb} {arguments.where} {meant}`"
+        raise UsageError(what, where="DEVICE", next_step=advice)
     options = where.declared.get(arguments.device)
     if not isinstance(options, (CanopenOptions, TcpOptions, RtuOptions)):
         driver = where.rig.rig.devices[arguments.device].driver

@@ -17,17 +17,19 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _new_driver(arguments: argparse.Namespace) -> int:
     from config.errors import ConfigError
     from config.options.driver_options import factories
+    from config.whole_file import free_name
     from drivers.driver_template import driver_files
 
     name, folder = arguments.name, arguments.out or Path(f"longreach-{arguments.name}")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
-        raise ConfigError(
-            "not usable as the name of a driver", value=name, next_step="Use lower-case letters, digits and _, a letter first."
-        )
+        better = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_").lstrip("0123456789_") or "my_driver"
+        advice = "Use lower-case letters, digits and _, a letter first."
+        raise ConfigError("not usable as the name of a driver", value=name, next_step=advice, mend={name: better})
     if name in factories():
         raise ConfigError("a driver of this name is installed", value=name, next_step="Choose another one: `longreach device options`.")
     if folder.exists():
-        raise ConfigError("the folder is there already", value=folder, where="--out", next_step="Choose another one with --out DIR.")
+        advice, mend = "Choose another one with --out DIR.", {"--out": str(free_name(folder))}
+        raise ConfigError("the folder is there already", value=folder, where="--out", next_step=advice, mend=mend)
     _write(folder, driver_files(name))
     print(f"{folder}: " + ", ".join(driver_files(name)))
     print(f"Next: pip install -e {folder}, pytest {folder}, `longreach device options {name}`; then make the driver speak to your device.")

@@ -55,7 +55,8 @@ def numbers(text: str, where: str, low: int, high: int) -> list[int]:
         first = int(match[1]) if match else -1
         last = int(match[2] or match[1]) if match else -1
         if not low <= first <= last <= high:
-            raise ConfigError("not a range of numbers", value=text, limit=f"{low} to {high}", where=where, next_step="Write 1-16 or 1,3,7.")
+            limit, mend = f"{low} to {high}", {text: f"{low}-{min(low + 15, high)}"}
+            raise ConfigError("not a range of numbers", value=text, limit=limit, where=where, next_step="Write 1-16 or 1,3,7.", mend=mend)
         found += range(first, last + 1)
     return list(dict.fromkeys(found))
 

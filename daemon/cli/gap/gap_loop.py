@@ -41,7 +41,8 @@ def _loop(arguments: argparse.Namespace) -> int:
     truth = load_rig(arguments.truth_rig)
     run = runner(truth, arguments.out, arguments.seed, progress)
     if bool(arguments.log) != bool(arguments.holdout):
-        raise ConfigError("--log and --holdout go together", where="gap loop", next_step="Give both or neither; then two are run.")
+        advice, mend = "Give both or neither; then two are run.", {"--log": None, "--holdout": None}
+        raise ConfigError("--log and --holdout go together", where="gap loop", next_step=advice, mend=mend)
     logs, holdouts = arguments.log, arguments.holdout
     if not logs:
         first, second = first_designs(truth.rig)

@@ -25,7 +25,9 @@ def _each(arguments: argparse.Namespace, verb: Verb) -> int:
         return verb(argparse.Namespace(**vars(arguments), log=logs[0]))
     if getattr(arguments, "output", None):
         advice = "Leave -o away: each output stands beside its log."
-        raise UsageError("one output cannot hold several logs", value=str(arguments.output), where="-o", next_step=advice)
+        raise UsageError(
+            "one output cannot hold several logs", value=str(arguments.output), where="-o", next_step=advice, mend={"-o": None}
+        )
     return max(_one(arguments, log, verb) for log in logs)
 
 

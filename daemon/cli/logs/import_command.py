@@ -32,7 +32,8 @@ def _import(arguments: argparse.Namespace) -> int:
     from recording.importing.ingest import ingest_parts
 
     if arguments.output is None:
-        raise UsageError("no log was named", where="import", next_step="Add -o LOG.mcap, or --suggest to see a map first.")
+        advice, mend = "Add -o LOG.mcap, or --suggest to see a map first.", {"-o": f"{arguments.table.stem}.mcap"}
+        raise UsageError("no log was named", where="import", next_step=advice, mend=mend)
     chosen = find("maps", arguments.map) if arguments.map else None
     rig = load_rig(arguments.rig) if arguments.rig else None
     reports = ingest_parts(arguments.table, chosen, arguments.output, rig, _spans(arguments))

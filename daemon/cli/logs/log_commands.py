@@ -132,7 +132,7 @@ def _recover(arguments: argparse.Namespace) -> int:
     if arguments.all:
         return _recover_all(arguments)
     if arguments.log is None:
-        raise LogError("no log was named", where="log recover", next_step="Give LOG.mcap or --all DIRECTORY.")
+        raise LogError("no log was named", where="log recover", next_step="Give LOG.mcap or --all DIRECTORY.", mend={"--all": "logs"})
     report = recover(arguments.log, _beside(arguments, "-recovered.mcap"))
     _say(arguments, dataclasses.asdict(report), report.text())
     return 0

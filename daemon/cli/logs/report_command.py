@@ -29,7 +29,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _named(arguments: argparse.Namespace) -> argparse.Namespace:
     if not arguments.logs or arguments.watch:
         what = "--watch needs --all" if arguments.watch else "no log was named"
-        raise UsageError(what, where="log report", next_step="Give LOG.mcap, or --all DIRECTORY.")
+        raise UsageError(what, where="log report", next_step="Give LOG.mcap, or --all DIRECTORY.", mend={"--all": "logs"})
     return arguments
 
 

@@ -61,7 +61,9 @@ def _tube(given: Mapping[str, str]) -> Tube:
 
     if given["tube_material"] not in MATERIALS:
         advice = f"Give one of {', '.join(MATERIALS)}; another: write its bending_stiffness and mass_per_length into the file."
-        raise UsageError("this is no material of a tube", value=given["tube_material"], where="--tube-material", next_step=advice)
+        mend = {"--tube-material": next(iter(MATERIALS))}
+        what = "this is no material of a tube"
+        raise UsageError(what, value=given["tube_material"], where="--tube-material", next_step=advice, mend=mend)
     sizes = {"outside": "tube_outside", "inside": "tube_inside", "total_length": "tube_length"}
     masses = {"carriage": "carriage", "payload": "payload"}
     tube = Tube(

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from config.errors import UsageError
+from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
 from daemon.cli.rigs.questions import ARM, CYLINDER, QUESTIONS, ROTARY, answers, choose_kind
 from daemon.cli.rigs.stated_axis import axis_of, stated
@@ -47,7 +48,8 @@ def _new_rig(arguments: argparse.Namespace) -> int:
     _refuse_name(arguments.name)
     folder: Path = arguments.output or Path(arguments.name)
     if folder.exists() and any(folder.iterdir()):
-        raise UsageError("the folder is not empty", value=str(folder), where="-o", next_step="Choose another one with -o DIR.")
+        advice, mend = "Choose another one with -o DIR.", {"-o": str(free_name(folder))}
+        raise UsageError("the folder is not empty", value=str(folder), where="-o", next_step=advice, mend=mend)
     ask = input if sys.stdin.isatty() and not arguments.json else None
     files, axes = _made(arguments, ask)
     rig_from_text(files[arguments.name], f"{arguments.name}.yaml")  # before anything is written: what is wrong is refused with its line
@@ -65,9 +67,9 @@ def _refuse_name(name: str) -> None:
     if re.match(RIG_NAME, name):
         return
     plain = unicodedata.normalize("NFKD", name.lower()).encode("ascii", "ignore").decode()
-    better = re.sub(r"[^a-z0-9_-]+", "_", plain).strip("_-").lstrip("0123456789") or "my_rig"
+    better = re.sub(r"[^a-z0-9_-]+", "_", plain).strip("_-").lstrip("0123456789_-") or "my_rig"
     limit = "small letters, digits, _ and -, a letter first, 64 at most"
-    raise UsageError("a rig cannot have this name", value=name, limit=limit, where="NAME", next_step=f"longreach new-rig {better[:64]}")
+    raise UsageError("a rig cannot have this name", value=name, limit=limit, where="NAME", mend={name: better[:64]})
 
 
 def _write(folder: Path, files: dict[str, str]) -> None:

@@ -105,8 +105,9 @@ def answers(arguments: argparse.Namespace, kind: str, ask: Callable[[str], str] 
         else:
             found[question.key] = str(given)
     if wrong:
-        example = "e.g. --bore '16 mm' --rated-flow '10 l/min' --supply '70 bar'; in a terminal `longreach new-rig` asks for each"
-        raise UsageError("; ".join(wrong), where="new-rig", next_step=f"Give them with units, {example}.")
+        example = "e.g. --bore '16 mm' --rated-flow '10 l/min' --supply '70 bar'"
+        advice = f"Give them with units, {example}; in a terminal `longreach new-rig {arguments.name} --kind {kind}` asks for each."
+        raise UsageError("; ".join(wrong), where="new-rig", next_step=advice)
     return found, frozenset(assumed)
 
 
@@ -155,7 +156,8 @@ def grade(given: str) -> int:
     """The number of `46`, `VG 46` or `ISO VG 46`."""
     words = given.upper().replace("ISO", " ").replace("VG", " ").split()
     if len(words) != 1 or not words[0].isdigit():
-        raise UsageError("this is no grade of oil", value=repr(given), where="--iso-vg", next_step="Give the number after ISO VG, e.g. 46.")
+        advice = "Give the number after ISO VG, e.g. 46."
+        raise UsageError("this is no grade of oil", value=repr(given), where="--iso-vg", next_step=advice, mend={"--iso-vg": "46"})
     return int(words[0])
 
 
@@ -163,7 +165,8 @@ def choose_kind(given: str | None, ask: Callable[[str], str] | None) -> str:
     kinds: Sequence[str] = (CYLINDER, ROTARY, ARM)
     while given not in kinds:
         if ask is None:
-            raise UsageError("--kind is missing", limit=" or ".join(kinds), where="new-rig", next_step="Add --kind cylinder.")
+            advice, mend = f"Add --kind {CYLINDER}.", {"--kind": CYLINDER}
+            raise UsageError("--kind is missing", limit=" or ".join(kinds), where="new-rig", next_step=advice, mend=mend)
         if given is not None:
             print(f"  {given!r} is none of them{nearest_text(given, kinds)}")
         given = ask(f"kind of rig ({' or '.join(kinds)}) [{CYLINDER}]: ").strip() or CYLINDER

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from config.errors import UsageError
+from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
 from daemon.cli.operate.motion_commands import maneuver_text
 from daemon.cli.shaper_option import add_shaper_options, shaper_request
@@ -88,7 +89,8 @@ def _works(arguments: argparse.Namespace, found: list[dict[str, str]]) -> list[W
     names = [out] if len(found) == 1 else [out.with_name(f"{out.stem}-{k}{out.suffix}") for k in range(1, len(found) + 1)]
     there = next((name for name in names if name.exists()), None)
     if there:
-        raise UsageError("the log exists already", where=str(there), next_step="Choose another name with -o; logs are never written over.")
+        advice, mend = "Choose another name with -o; logs are never written over.", {"-o": str(free_name(out))}
+        raise UsageError("the log exists already", where=str(there), next_step=advice, mend=mend)
     return [Work(loaded.text, loaded.path, request, name, arguments.seed, settings, case) for name, case in zip(names, found, strict=True)]
 
 

@@ -34,7 +34,7 @@ def assignment(text: str) -> tuple[str, str]:
     key, equals, value = (part.strip() for part in text.partition("="))
     if not key or not equals or not value:
         advice = "Write KEY=VALUE, e.g. maneuver.y0='30 in'."
-        raise UsageError("this setting cannot be read", value=repr(text), where="--set", next_step=advice)
+        raise UsageError("this setting cannot be read", value=repr(text), where="--set", next_step=advice, mend={text: "maneuver.y0=30 in"})
     return key, value
 
 
@@ -60,4 +60,10 @@ def _unreadable(sweep: str) -> UsageError:
     advice = (
         "Write KEY=FROM..TO UNIT:COUNT or KEY=A,B,C, e.g. servo.rotary.gain='0.2..0.5 V/deg:7', shaper=none,zvd, maneuver.y0='30 in,40 in'."
     )
-    return UsageError("this sweep cannot be read", value=repr(sweep), where="--sweep", next_step=advice)
+    return UsageError(
+        "this sweep cannot be read",
+        value=repr(sweep),
+        where="--sweep",
+        next_step=advice,
+        mend={sweep: "servo.rotary.gain=0.2..0.5 V/deg:7"},
+    )

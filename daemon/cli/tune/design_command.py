@@ -77,7 +77,8 @@ def _measured(rig: Rig, logs: list[Path]) -> list[MeasuredPlant]:
     from tuning.loop_design.measured_plant import measured_plants
 
     if rig.arm.kind != "single_axis":
-        raise UsageError("an arm's family has responses of its own", where="--log", limit="a single axis", next_step="Leave --log out.")
+        what, advice = "an arm's family has responses of its own", "Leave --log out."
+        raise UsageError(what, where="--log", limit="a single axis", next_step=advice, mend={"--log": None})
     return measured_plants(rig, [response.measured for response in identify(logs).responses])
 
 
@@ -106,7 +107,8 @@ def _refuse_what_an_arm_has(arguments: argparse.Namespace) -> None:
     given = {"--tip-gain": arguments.tip_gain, "--schedule": arguments.schedule}
     named = ", ".join(option for option, value in given.items() if value)
     if named:
-        raise UsageError("a single axis has no link", value=named, limit="a rotary_prismatic arm", next_step=f"Leave out {named}.")
+        advice, mend = f"Leave out {named}.", dict.fromkeys(given)
+        raise UsageError("a single axis has no link", value=named, limit="a rotary_prismatic arm", next_step=advice, mend=mend)
 
 
 def _lines(rig: Rig, found: Any) -> list[str]:

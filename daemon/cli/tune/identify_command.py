@@ -9,7 +9,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import ConfigError
+from config.errors import ConfigError, Mend
 from daemon.cli.connection import add_json_option, connect
 from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option
@@ -93,19 +93,22 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
 def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
     from dataclasses import replace
 
-    from config.parsing.nearest import nearest_text
+    from config.parsing.nearest import nearest, nearest_text
     from tuning.experiments.usual_campaign import usual_campaign
 
     if arguments.on_rig and (arguments.temperatures or arguments.payloads):
         advice = "Leave --temperatures and --payloads out: both are measured, and the payload mounted is that of link_mode."
-        raise ConfigError("oil temperature and payload of a rig cannot be set by command", next_step=advice)
+        mend = dict.fromkeys(("--temperatures", "--payloads"))
+        raise ConfigError("oil temperature and payload of a rig cannot be set by command", next_step=advice, mend=mend)
     usual = usual_campaign(loaded.rig, arguments.what)
     joint = arguments.joint or usual.joint
     if joint not in loaded.rig.joints:
         what = f"unknown joint {joint!r}{nearest_text(joint, loaded.rig.joints)}"
-        raise ConfigError(what, limit=", ".join(loaded.rig.joints), where="--joint")
+        mend = {"--joint": nearest(joint, loaded.rig.joints) or usual.joint}
+        raise ConfigError(what, limit=", ".join(loaded.rig.joints), where="--joint", mend=mend)
     if loaded.rig.arm.kind == "single_axis" and (arguments.extensions or arguments.payloads):
-        raise ConfigError("a single axis has no link", where=loaded.path, next_step="Leave --extensions and --payloads out.")
+        advice, mend = "Leave --extensions and --payloads out.", dict.fromkeys(("--extensions", "--payloads"))
+        raise ConfigError("a single axis has no link", where=loaded.path, next_step=advice, mend=mend)
     low, high = _list(arguments.band, "Hz", "--band", 2) if arguments.band else usual.band_Hz
     return replace(
         usual,
@@ -126,7 +129,14 @@ def _list(text: str | None, unit: str, option: str, count: int | None = None) ->
     try:
         values = tuple(to_si(part.strip(), unit) for part in text.split(",")) if text else ()
     except ConfigError as error:
-        raise ConfigError(f"{option} is a list of quantities in {unit}", value=text, where=option, next_step=str(error)) from error
+        what, mend = f"{option} is a list of quantities in {unit}", {option: _with_parts(str(text), error.refusal.mend)}
+        raise ConfigError(what, value=text, where=option, next_step=str(error), mend=mend) from error
     if count is not None and len(values) != count:
-        raise ConfigError("wrong number of values", value=len(values), limit=count, where=f"{option} {text}")
+        advice = f"Give {count}, or leave {option} out."
+        raise ConfigError("wrong number of values", value=len(values), limit=count, where=option, next_step=advice, mend={option: None})
     return values
+
+
+def _with_parts(text: str, better: Mend) -> str:
+    """The list with those of its parts put right that `better` names."""
+    return ", ".join(better.get(part.strip()) or part.strip() for part in text.split(","))

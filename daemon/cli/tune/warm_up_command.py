@@ -65,10 +65,12 @@ def _schedule(arguments: argparse.Namespace) -> tuple[float, list[float]]:
 
     hours = HOURS if arguments.hours is None else arguments.hours
     if not 0.5 <= hours <= 24.0:
-        raise ConfigError("the schedule cannot be that long", value=hours, limit="0.5 to 24", unit="h", where="--hours")
+        mend = {"--hours": f"{min(max(hours, 0.5), 24.0):g}"}
+        raise ConfigError("the schedule cannot be that long", value=hours, limit="0.5 to 24", unit="h", where="--hours", mend=mend)
     moments = _numbers(arguments.moments, "--moments") or [0.0, 0.5 * hours, hours]
     if not all(0.0 <= moment <= hours for moment in moments):
-        raise ConfigError("a moment lies outside the schedule", value=arguments.moments, limit=f"0 to {hours:g}", unit="h")
+        what, without = "a moment lies outside the schedule", {"--moments": None}
+        raise ConfigError(what, value=arguments.moments, limit=f"0 to {hours:g}", unit="h", where="--moments", mend=without)
     return hours, moments
 
 
@@ -78,7 +80,8 @@ def _oil_table(arguments: argparse.Namespace) -> int:
 
     rig = load_rig(arguments.rig).rig
     if arguments.joint not in rig.joints:
-        raise ConfigError("unknown joint", value=arguments.joint, limit=", ".join(rig.joints), where="--joint")
+        mend = {"--joint": next(iter(rig.joints))}
+        raise ConfigError("unknown joint", value=arguments.joint, limit=", ".join(rig.joints), where="--joint", mend=mend)
     rows = oil_table(rig, arguments.joint, _numbers(arguments.temperatures, "--temperatures"))
     source = f"{arguments.joint}.return_temperature"
     override = as_override(rig, arguments.joint, source, rows)
@@ -93,7 +96,7 @@ def _numbers(text: str | None, option: str) -> list[float]:
     try:
         return [float(part) for part in text.split(",")] if text else []
     except ValueError as error:
-        raise ConfigError(f"{option} is a list of numbers", value=text, where=option) from error
+        raise ConfigError(f"{option} is a list of numbers", value=text, where=option, mend={option: None}) from error
 
 
 def _table(study: Any) -> Table:

@@ -26,9 +26,11 @@ class LogPlayer:
         if not log.cycles:
             raise LogError("the log holds no cycle", where=str(log.path), next_step="Run `longreach log check`.")
         if not _FIRST <= speed <= _LAST:
-            raise LogError("this is no speed", value=speed, limit=f"{_FIRST:g} to {_LAST:g}", where="--speed")
+            mend = {"--speed": f"{min(max(speed, _FIRST), _LAST):g}"}
+            raise LogError("this is no speed", value=speed, limit=f"{_FIRST:g} to {_LAST:g}", where="--speed", mend=mend)
         if not 0.0 <= from_s <= log.duration_s:
-            raise LogError("the moment is outside the log", value=from_s, limit=f"0 to {log.duration_s:.3f}", unit="s", where="--from")
+            limit, mend = f"0 to {log.duration_s:.3f}", {"--from": "0"}
+            raise LogError("the moment is outside the log", value=from_s, limit=limit, unit="s", where="--from", mend=mend)
         self.log, self.rig = log, open_rig(log)
         self.facts = rig_facts(self.rig)
         self.runs: dict[int, RunFacts] = {run.number: run for run in run_facts(log)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -93,18 +94,31 @@ def test_maneuver_outside_the_workspace_moves_nothing(tmp_path: Path, capsys: py
     ("words", "said", "typed"),
     [
         (["demo", "--rig", "force_axis"], "a straight line needs the joints rotary, prismatic: axis", "longreach demo"),
-        (["demo", "--set", "y0=10 in"], "Choose y0 ≥ 12 in", "longreach demo --help"),
-        (["demo", "--set", "y0"], "a parameter is written KEY=VALUE", "longreach demo --help"),
+        (["demo", "--set", "y0=10 in"], "Choose y0 ≥ 12 in", "longreach demo --set 'y0=12.02 in'"),
+        (["demo", "--set", "y0"], "a parameter is written KEY=VALUE", "longreach demo --set 'y0=30 in'"),
+        (["demo", "--set", "y0=10 psi"], "wrong kind of unit: '10 psi'", "longreach demo --set 'y0=10 m'"),
+        (["demo", "--set", "y0=12 m"], "out of range: 12 m (limit: 0.05 to 10 m)", "longreach demo --set 'y0=10 m'"),
+        (["demo", "--set", "speeed=9 in/s"], "nearest is 'speed'", "longreach demo --set 'speed=9 in/s'"),
         (["demo", "--rig", "ornl_testbe"], "nearest is 'ornl_testbed'", "longreach demo --rig ornl_testbed"),
         (["shape", "force_axis"], "no link_mode", "longreach check force_axis"),
-        (["shape", "--set", "y0=10 in"], "extension 10 in at t = 0.00 s is below the limit 12 in", "longreach shape --help"),
-        (["shape", "--allowed", "3x"], "unknown unit: '3x'", "longreach shape --help"),
+        (["shape", "--set", "y0=10 in"], "extension 10 in at t = 0.00 s is below the limit 12 in", "longreach shape --set 'y0=12.02 in'"),
+        (["shape", "--allowed", "3x"], "unknown unit: '3x'", "longreach shape --allowed '3 m/s^2'"),
         (["identify", "--joint", "rotar"], "nearest is 'rotary'", "longreach identify --joint rotary"),
-        (["identify", "--on-rig", "--payloads", "0 lb"], "Leave --temperatures and --payloads out", "longreach identify --help"),
+        (["identify", "--on-rig", "--payloads", "0 lb"], "Leave --temperatures and --payloads out", "longreach identify --on-rig"),
+        (["identify", "--payloads", "0 lb, 45 psi"], "wrong kind of unit: '45 psi'", "longreach identify --payloads '0 lb, 45 kg'"),
+        (["identify", "--band", "1 Hz"], "Give 2, or leave --band out", "longreach identify"),
+        (["warm-up", "--hours", "90"], "(limit: 0.5 to 24 h)", "longreach warm-up --hours 24"),
+        (["new-driver", "My-Gauge"], "not usable as the name", "longreach new-driver my_gauge"),
+        (["device", "options", "modbuss"], "nearest is 'modbus", "longreach device options modbus"),
+        (
+            ["gap", "loop", "--rig", "a.yaml", "--truth-rig", "force_axis", "--log", "a.mcap"],
+            "go together",
+            "longreach gap loop --rig a.yaml --truth-rig force_axis",
+        ),
         (["identify", "force_axis"], "one hydraulic axis", "longreach identify --log LOG.mcap"),
     ],
 )
-def test_the_next_command_is_never_the_refused_one(
+def test_the_next_command_is_the_refused_one_with_what_fits(
     words: list[str], said: str, typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -114,6 +128,56 @@ def test_the_next_command_is_never_the_refused_one(
     assert told.err.splitlines()[-1] == f"next: {typed}"
     assert "measuring" not in told.out
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_to_change_in_a_maneuver_file_is_told_with_its_line_and_the_same_command_is_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = find("maneuvers", "paper_line").read_text(encoding="utf-8")
+    own = tmp_path / "near.yaml"
+    own.write_text(text.replace("y0: 40 in", "y0: 10 in"), encoding="utf-8")
+    words = ["simulate", "ornl_testbed", "near.yaml", "-o", "near.mcap"]
+    assert main(words) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert said[-2] == f"change near.yaml:{line_of(own, 'y0:')}: y0: 12.02 in"
+    assert said[-1] == "next: longreach simulate ornl_testbed near.yaml -o near.mcap"
+    assert main([*words, "--set", "maneuver.y0=11 in"]) == 1
+    assert capsys.readouterr().err.splitlines()[-1].endswith("-o near.mcap --set 'maneuver.y0=12.02 in'")
+    assert main(["simulate", "ornl_testbed", "paper_line", "--repeat", "0", "-o", "near.mcap"]) == 1
+    assert capsys.readouterr().err.splitlines()[-1] == "next: longreach simulate ornl_testbed paper_line --repeat 1 -o near.mcap"
+
+
+@pytest.mark.parametrize(
+    ("words", "typed"),
+    [
+        (["simulate", "ornl_testbed", "hold", "-o", "there.mcap"], "longreach simulate ornl_testbed hold -o there-2.mcap"),
+        (["new-rig", "there", "--kind", "cylinder"], "longreach new-rig there --kind cylinder -o there-2"),
+        (["new-rig", "3 Achsen", "--kind", "cylinder"], "longreach new-rig achsen --kind cylinder"),
+        (["new-rig", "axis", "--iso-vg", "46"], "longreach new-rig axis --iso-vg 46 --kind cylinder"),
+        (["new-rig", "axis", "--kind", "cylinder"], "longreach new-rig axis --kind cylinder"),
+        (["commission", "ornl_testbed"], "longreach commission ornl_testbed --yes"),
+        (["log", "report"], "longreach log report --all logs"),
+        (["log", "plot", "a.mcap", "b.mcap", "-o", "a.png"], "longreach log plot a.mcap b.mcap"),
+        (["design", "force_axis", "--schedule", "--tip-gain", "0.1"], "longreach design force_axis"),
+        (["design", "force_axis", "--export", "a.txt"], "longreach design force_axis --export a.mat"),
+        (["runs", ".", "--since", "yesterday"], "longreach runs . --since 2026-05-31"),
+        (["import", "table.csv"], "longreach import table.csv -o table.mcap"),
+        (["import", "table.csv", "-o", "out.mcap"], "longreach import table.csv -o out.mcap"),
+    ],
+)
+def test_the_command_to_type_again_has_what_fits(
+    words: list[str], typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The last one once the table is mended."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    for place in (tmp_path / "there.mcap", tmp_path / "there" / "notes.txt"):
+        place.parent.mkdir(exist_ok=True)
+        place.write_text("mine")
+    (tmp_path / "table.csv").write_text("t_s,axis.position\n0,1\n1\n")
+    assert main(words) != 0
+    assert capsys.readouterr().err.splitlines()[-1] == f"next: {typed}"
 
 
 def test_truncated_log_is_read_named_and_repaired(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
