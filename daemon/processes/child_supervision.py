@@ -79,13 +79,14 @@ class ChildSupervision:
         self._children[name] = Child(name, spec, {"RUNTIME_DIRECTORY": str(self._runtime)}, (self._lock.descriptor,))
 
     async def until_ready(self) -> None:
-        """Disarmed, every device has answered, the recorder reports. Raises the refusal of a device, or DaemonError."""
+        """Disarmed, every device has answered, the recorder reports; or the daemon was told to end (`leaving`). Raises the refusal of a
+        device, or DaemonError."""
         limit = time.monotonic() + START_LIMIT_S
         while not (self._control_ready and self._channels.status.sequence and self._channels.recorder_health.sequence):
             self._poll()
             if self._refusal is not None:
                 raise self._refusal
-            if self._shutdowns:
+            if self.leaving:
                 return
             for child in self._children.values():
                 if child.ended():
@@ -94,6 +95,11 @@ class ChildSupervision:
                 raise DaemonError("the processes did not start", limit=START_LIMIT_S, unit="s", next_step="See the messages above.")
             await asyncio.sleep(POLL_S)
 
+    @property
+    def leaving(self) -> bool:
+        """Told to end."""
+        return self._shutdowns > 0
+
     async def watch(self) -> int:
         """Poll until the control process has ended; returns the daemon's exit status."""
         control = self._children["control"]
@@ -101,12 +107,10 @@ class ChildSupervision:
         while not control.ended():
             self._poll()
             self._feed_watchdog()
-            if self._shutdowns and not ends_by:
-                ends_by = time.monotonic() + STOP_LIMIT_S
+            if self.leaving and not ends_by:
+                ends_by = time.monotonic() + (STOP_LIMIT_S if self._control_ready else START_LIMIT_S)
             if ends_by and time.monotonic() > ends_by:
-                self._add_event(
-                    "supervisor", f"the loop did not end within {STOP_LIMIT_S:g} s; it is killed, the devices time out", Level.ERROR
-                )
+                self._add_event("supervisor", "the loop did not end in time; it is killed, the devices time out", Level.ERROR)
                 control.kill()
                 ends_by = inf
             await asyncio.sleep(POLL_S)

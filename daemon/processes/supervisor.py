@@ -72,6 +72,9 @@ async def _serve(rig: LoadedRig, children: ChildSupervision, arguments: argparse
     for number in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(number, children.shut_down)
     await children.until_ready()
+    if children.leaving:
+        print(f"longreachd: {rig.rig.name} was told to end while it started; its outputs stayed safe", flush=True)
+        return await children.watch()
     socket_path = Path(arguments.socket) if arguments.socket else runtime / "longreach.sock"
     server = await serve(socket_path, arguments.group, handlers.methods)
     try:

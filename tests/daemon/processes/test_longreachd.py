@@ -267,3 +267,21 @@ def test_a_rig_that_cannot_be_used_ends_the_start_with_the_reason(tmp_path: Path
     with RunningDaemon(tmp_path, rig="no_such_rig") as daemon:
         assert daemon.process.wait(30) == 1
         assert "ornl_testbed" in daemon.text()
+
+
+def test_told_to_end_while_it_starts_it_ends_and_claims_no_mode(tmp_path: Path) -> None:
+    with RunningDaemon(tmp_path) as starting:
+        until(lambda: catches(starting.process.pid, signal.SIGTERM))
+        assert "is disarmed" not in starting.text()
+        starting.process.send_signal(signal.SIGTERM)
+        assert starting.process.wait(120) == 0
+        assert "was told to end while it started; its outputs stayed safe" in starting.text()
+        assert "is disarmed" not in starting.text()
+        assert not starting.socket.exists()
+
+
+def catches(pid: int, number: signal.Signals) -> bool:
+    """As the kernel has it: before, the signal would end the process."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    caught = next(int(line.split()[1], 16) for line in status.splitlines() if line.startswith("SigCgt:"))
+    return bool(caught >> (number - 1) & 1)
