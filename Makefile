@@ -1,6 +1,7 @@
 # Set-up and the main jobs. Needs python3 (3.11 or newer) and make; everything else goes into .venv.
 PYTHON ?= python3
 BIN := .venv/bin
+VENV_MB := 1000
 # The service: where it goes, and the interpreter it runs with (no home directory: the unit cannot see those).
 DESTDIR ?=
 PREFIX ?= /opt/longreach
@@ -16,9 +17,14 @@ venv: .venv/installed
 	  { echo "$(PYTHON) is not on the search path; longreach needs Python 3.11 or newer. Next: make venv PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "longreach needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) -V 2>&1). Next: make venv PYTHON=python3.11"; exit 1; }
+	@test -w . || \
+	  { echo "$(CURDIR) cannot be written by $$(id -un 2>/dev/null || id -u)." \
+	  "Next: ls -ld $(CURDIR) ; then make venv in a folder of your own, with a clone or a copy of this one"; exit 1; }
+	@free_MB=$$(df -Pk . | awk 'NR == 2 {print int($$4 / 1024)}'); test -e .venv || test "$$free_MB" -ge $(VENV_MB) || \
+	  { echo "The libraries take $(VENV_MB) MB and $$free_MB MB are free here. Next: df -h . ; make room, then make venv"; exit 1; }
 	@echo "setting up .venv with the locked libraries: about a minute, once"
 	@$(PYTHON) -m venv .venv || \
-	  { echo "$(PYTHON) cannot make .venv: its venv module is missing or this folder cannot be written." \
+	  { echo "$(PYTHON) cannot make .venv: its venv module is missing (see above)." \
 	  "Next: apt-get install python3-venv (Debian, Ubuntu), then make venv"; exit 1; }
 	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock && \
 	  $(BIN)/pip install --quiet --disable-pip-version-check --no-deps --editable . || \

@@ -108,6 +108,27 @@ def on_small_disk(directory: Path, *words: str) -> list[str]:
     return [*NAMESPACE, "--mount", "sh", "-c", script, str(directory), *words]
 
 
+@needs_mount
+def test_make_without_room_says_how_much_it_needs_before_it_begins(tmp_path: Path) -> None:
+    small = tmp_path / "small"
+    script = 'cp "$1/Makefile" "$1/pyproject.toml" "$1/requirements.lock" "$2" && make -C "$2" venv PYTHON="$3"'
+    sources = checkout(tmp_path, "")
+    said = refusal(on_small_disk(small, "sh", "-c", script, "sh", str(sources), str(small), sys.executable))
+    assert "The libraries take 1000 MB and 0 MB are free here. Next: df -h . ; make room, then make venv" in said
+    assert ".venv" not in small.with_suffix(".left").read_text()
+
+
+@needs_rights
+def test_make_where_nothing_may_be_written_says_whose_folder_is_wanted(tmp_path: Path) -> None:
+    folder = checkout(tmp_path, "")
+    folder.chmod(0o555)
+    said = refusal([*UNPRIVILEGED, "make", "-C", str(folder), "venv", f"PYTHON={sys.executable}"])
+    folder.chmod(0o755)
+    assert f"{folder} cannot be written by " in said
+    assert f"Next: ls -ld {folder} ; then make venv in a folder of your own" in said
+    assert not (folder / ".venv").exists()
+
+
 @pytest.mark.slow
 @needs_mount
 @pytest.mark.parametrize(("verb", "name"), [("export", "x.csv"), ("export", "x.mat"), ("plot", "x.png")])
