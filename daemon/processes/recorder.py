@@ -36,15 +36,16 @@ class Recorder:
     def handle(self, kind: int, stamp_ns: int, data: bytes) -> None:
         """One record of the loop. Raises LogError when the file cannot be written."""
         writer = self._writer
-        if kind == RecordKind.OPEN:
+        if kind == RecordKind.CYCLE:  # first: nearly every record is one
+            if writer is not None:
+                writer.cycle(stamp_ns, data)
+        elif kind == RecordKind.OPEN:
             self.close(stamp_ns, {"ended_by": "the next recording began"})
             content = json.loads(data)
             self._open(stamp_ns, content["controller_state"], content["facts"])
             self._drop_old_standby()
         elif writer is None:
             return  # its OPEN was dropped, which the loop knows
-        elif kind == RecordKind.CYCLE:
-            writer.cycle(stamp_ns, data)
         elif kind == RecordKind.EVENT:
             writer.event(stamp_ns, decode_event(data))
         elif kind == RecordKind.SET_POINT:

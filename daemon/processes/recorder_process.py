@@ -19,8 +19,9 @@ from daemon.processes.channels import Channels, ChildSpec, RecorderHealth
 from daemon.processes.children import signal_on_parent_death
 from daemon.processes.recorder import Recorder
 
-POLL_S = 0.005
+POLL_S = 0.02  # each waking costs as much processor time as writing several rows; the ring holds seconds
 SYNC_S = 0.1
+AT_ONCE = 100  # records between two looks at the clock
 
 
 class RecorderProcess:
@@ -33,6 +34,7 @@ class RecorderProcess:
         self._reported_path = ""
         self._stamp_ns = 0
         self._next_sync = 0.0
+        self._loop_ended = False
         self.asked_to_end = False
 
     def on_signal(self, number: int, frame: object) -> None:
@@ -40,20 +42,30 @@ class RecorderProcess:
 
     def run(self) -> None:
         """Until the loop has ended, or is silent after this process was asked to end."""
-        while True:
-            record = self._channels.records.read()
-            if record is not None:
-                if record.kind == RecordKind.END:
-                    break
-                self._write(record)
-            elif self.asked_to_end and self._channels.loop_is_silent():
+        while not self._loop_ended:
+            drained = self._drain()
+            if drained and self.asked_to_end and self._channels.loop_is_silent():
                 break
-            else:
-                time.sleep(POLL_S)
-            if time.monotonic() >= self._next_sync:
+            left_s = self._next_sync - time.monotonic()
+            if left_s <= 0.0:
                 self._sync()
+            elif drained:
+                time.sleep(min(POLL_S, left_s))
         self._guarded_close()
         self._report()
+
+    def _drain(self) -> bool:
+        """Write what the ring holds, but no more than AT_ONCE: True when more is to be waited for."""
+        read = self._channels.records.read
+        for _ in range(AT_ONCE):
+            record = read()
+            if record is None:
+                return True
+            if record.kind == RecordKind.END:
+                self._loop_ended = True
+                return False
+            self._write(record)
+        return False
 
     def _write(self, record: Record) -> None:
         self._stamp_ns = record.stamp_ns
