@@ -1,7 +1,7 @@
 """The packed form of one cycle: field order, message definition, and one precompiled struct for all of it.
 
 The bytes are CDR (little endian) as ROS 2 stores it: a 4-byte header, then every number at a multiple of its own size counted
-from the end of the header. Explicit pad bytes put the whole record into one `struct.Struct`, so packing costs microseconds.
+from the end of the header. Explicit pad bytes put the whole record into one `struct.Struct`, so packing costs a microsecond.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import keyword
 import re
 import struct
+import sys
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -46,7 +47,10 @@ class RecordLayout:
         self._index = {field.name: number for number, field in enumerate(self.fields)}
         if len(self._index) != len(self.fields):
             raise LogError("a record has two fields of one name", where=schema_name, next_step="Every field name must be unique.")
-        self.struct, self._offsets = _packed(self.fields)
+        codes, self._offsets = _packed(self.fields)
+        self.struct = struct.Struct(f"<{len(CDR_HEADER)}s{codes}")
+        # The same bytes after the header, which `struct` packs a third faster in the machine's own order: it then copies every double.
+        self._body = struct.Struct(("@" if sys.byteorder == "little" else "<") + codes)
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
@@ -70,11 +74,7 @@ class RecordLayout:
 
     def pack(self, values: Sequence[float]) -> bytes:
         """All values in field order as one CDR message; struct.error when their number or a type is wrong."""
-        return self.struct.pack(CDR_HEADER, *values)
-
-    def pack_into(self, buffer: bytearray | memoryview, offset: int, values: Sequence[float]) -> None:
-        """pack() into existing memory, for the ring between the control process and the recorder."""
-        self.struct.pack_into(buffer, offset, CDR_HEADER, *values)
+        return CDR_HEADER + self._body.pack(*values)
 
     def unpack(self, data: bytes | bytearray | memoryview) -> tuple[float, ...]:
         """The values in field order; integers stay integers."""
@@ -115,9 +115,9 @@ def measured_twice(names: Iterable[str]) -> frozenset[str]:
     return frozenset(joint for joint, _, quantity in (name.rpartition(".") for name in names) if quantity == SECOND_POSITION)
 
 
-def _packed(fields: Sequence[Field]) -> tuple[struct.Struct, list[int]]:
-    """The struct with its pad bytes, and the offset of every field from the start of the message."""
-    codes, offsets, position = [f"<{len(CDR_HEADER)}s"], [], 0
+def _packed(fields: Sequence[Field]) -> tuple[str, list[int]]:
+    """The struct's codes with its pad bytes, without the header, and the offset of every field from the start of the message."""
+    codes, offsets, position = [], [], 0
     for field in fields:
         if field.ros_type not in _CODES:
             raise LogError("a record holds a field that is no plain number", value=f"{field.ros_type} {field.name}")
@@ -127,7 +127,7 @@ def _packed(fields: Sequence[Field]) -> tuple[struct.Struct, list[int]]:
         position += padding
         offsets.append(len(CDR_HEADER) + position)
         position += size
-    return struct.Struct("".join(codes)), offsets
+    return "".join(codes), offsets
 
 
 def _check_joint_name(name: str, taken: set[str]) -> None:
