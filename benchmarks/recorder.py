@@ -1,10 +1,12 @@
-"""Our recorder beside the plain mcap writer and the Foxglove SDK's: cost and size of a cycle, longest call, loss at SIGKILL.
+"""Our recorder beside the plain mcap writer and the Foxglove SDK's: cost and size of a cycle, longest call, loss at SIGKILL; and what the
+loop pays to hand a cycle's record over.
 
     python -m benchmarks.recorder [--turns 5] [--json]
 
 All write the same cycles, those of the paper's line in lockstep. Ours puts them on the disk every 100 cycles, as the recorder process
 does every 100 ms; the others write whenever their chunk is full, as they come. Loss: the process kills itself after cycle 5050, and
-another process counts what can be read.
+another process counts what can be read. Handing over: packed and put into the ring, the quickest of many short rows of cycles; in the
+daemon, with what else the loop does in between, `benchmarks.loop.soak` measures it. The recorder process then gets a row a millisecond.
 """
 
 from __future__ import annotations
@@ -28,13 +30,24 @@ from mcap.reader import NonSeekingReader, make_reader
 from mcap.writer import Writer
 
 import longreach
+from benchmarks.loop.held_daemon import cpu_s
 from config.loading.load import load_rig
+from daemon.cycle.log_stream import LogStream
+from daemon.processes.channels import Channels, ChildSpec
+from daemon.processes.children import Child
+from daemon.processes.recorder_process import SYNC_S
+from recording.files.session import Session
 from recording.files.writer import CYCLE_TOPIC, LogWriter
 from recording.format.layout import CycleLayout
 
 SYNC_EVERY = 100
 KILLED_AFTER = 5050
 WRITERS = ("longreach", "mcap, plain", "foxglove-sdk")
+
+HANDED_OVER = 5000  # cycles, one a millisecond
+BURSTS, BURST = 50, 100
+WANTED_US = 5.0
+HANDING_OVER = "handing over"
 
 Write = Callable[[int, bytes], None]
 Close = Callable[[], None]
@@ -118,6 +131,39 @@ def readable(path: Path) -> int:
     return count
 
 
+def handed_over(source: Path, folder: Path) -> dict[str, float]:
+    """Of one cycle in us: what the loop takes to pack its record and put it into the ring, and processor time of the recorder process."""
+    loaded, layout = load_rig("ornl_testbed"), _layout()
+    channels = Channels.create(loaded.rig)
+    recorder = Child("recorder", ChildSpec.of(loaded.rig, Session.of(loaded, folder, {"clock": "wall"}), os.getpid(), channels), {}, ())
+    while not channels.recorder_health.sequence and not recorder.ended():
+        time.sleep(0.01)
+    log, rows = (
+        LogStream(layout, channels.records, channels.events),
+        [list(layout.unpack(data)) for _, data in _cycles(source)[:HANDED_OVER]],
+    )
+    log.open({}, {"span": "armed"})
+    loop_us = min(_burst(log, rows[:BURST]) for _ in range(BURSTS))
+    time.sleep(2 * SYNC_S)
+    before = cpu_s(recorder.pid)
+    for row in rows:
+        log.cycle(row)
+        time.sleep(1e-3)
+    time.sleep(2 * SYNC_S)
+    recorder_us = 1e6 * (cpu_s(recorder.pid) - before) / len(rows)
+    log.close({})
+    log.end()
+    return {"loop_us": loop_us, "recorder_us": recorder_us}
+
+
+def _burst(log: LogStream, rows: Sequence[list[float]]) -> float:
+    """All at once; us a row."""
+    before = time.perf_counter()
+    for row in rows:
+        log.cycle(row)
+    return 1e6 * (time.perf_counter() - before) / len(rows)
+
+
 def _layout() -> CycleLayout:
     return CycleLayout.of_rig(load_rig("ornl_testbed").rig)
 
@@ -141,7 +187,8 @@ def compare(turns: int) -> dict[str, dict[str, Any]]:
             for name in WRITERS:
                 done = _child("--one", name, str(source), str(Path(folder) / f"{turn}-{WRITERS.index(name)}.mcap"))
                 costs[name].append(Cost(**json.loads(done.stdout)))
-        return {name: _row(name, each, source, Path(folder)) for name, each in costs.items()}
+        found = {name: _row(name, each, source, Path(folder)) for name, each in costs.items()}
+        return found | {HANDING_OVER: json.loads(_child("--handed-over", str(source), folder).stdout)}
 
 
 def _row(name: str, costs: Sequence[Cost], source: Path, folder: Path) -> dict[str, Any]:
@@ -162,19 +209,26 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
     parser.add_argument("--kill", nargs=3, help=argparse.SUPPRESS)
+    parser.add_argument("--handed-over", nargs=2, help=argparse.SUPPRESS)
     arguments = parser.parse_args(words)
     if arguments.one:
         print(json.dumps(asdict(cost(arguments.one[0], *map(Path, arguments.one[1:])))))
         return
     if arguments.kill:
         killed(arguments.kill[0], *map(Path, arguments.kill[1:]))
+    if arguments.handed_over:
+        print(json.dumps(handed_over(*map(Path, arguments.handed_over))))
+        return
     rows = compare(arguments.turns)
     if arguments.json:
         print(json.dumps(rows))
         return
     print(f"{'of one cycle':16}{'processor, us':>15}{'bytes':>9}{'longest call, ms':>18}{f'lost of {KILLED_AFTER} at SIGKILL':>26}")
+    handing = rows.pop(HANDING_OVER)
     for name, row in rows.items():
         print(f"{name:16}{row['processor_us']:15.1f}{row['bytes']:9.0f}{row['longest_ms']:18.1f}{row['lost']:26}")
+    print(f"handing a record over: {handing['loop_us']:.1f} us of the loop (wanted: {WANTED_US:g})")
+    print(f"the recorder process, a cycle a millisecond: {handing['recorder_us']:.1f} us of processor each")
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import nan
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -37,13 +38,22 @@ class Idle:
 
 @dataclass
 class SoakSeen:
-    """Everything the soak has seen: logs, idle bursts, memory of every process in bytes, allocated blocks of the loop's, faults."""
+    """Everything the soak has seen: logs, idle bursts, faults, memory of every process in bytes, allocated blocks of the loop's, and p50
+    and p99 of the time of handing a record over."""
 
     logs: list[Path] = field(default_factory=list)
     idle: Idle = field(default_factory=Idle)
     memory: dict[str, list[int]] = field(default_factory=dict)
     blocks: list[int] = field(default_factory=list)
+    handed_over_us: list[tuple[float, float]] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
+
+    def take_counts(self, path: Path) -> None:
+        """What the loop's process answered, a line a count: blocks, p50 and p99 of handing a record over."""
+        for line in path.read_text().splitlines():
+            blocks, p50, p99 = map(float, line.split())
+            self.blocks.append(int(blocks))
+            self.handed_over_us.append((p50, p99))
 
 
 def report(seen: SoakSeen) -> int:
@@ -58,6 +68,9 @@ def report(seen: SoakSeen) -> int:
         print(f"{name + ' p50, p99' + wanted:44}{np.percentile(took_us[name], 50):8.1f}{np.percentile(took_us[name], 99):8.1f}")
     for number, part in enumerate(parts, 1):
         closing = part.closing
+        if not closing:
+            print(f"recording {number}: not closed")
+            continue
         work = ", ".join(f"{key} {closing[f'work_us_{key}']}" for key in ("p50", "p99", "max"))
         print(f"recording {number}: culprits {closing['overrun_culprits']}; grade {closing['grade']}; work per cycle, us: {work}")
     size = sum(path.stat().st_size for path in seen.logs) / 1e6
@@ -65,6 +78,8 @@ def report(seen: SoakSeen) -> int:
     for name, sizes in seen.memory.items():
         print(f"memory of {name}: {sizes[0] / 1e6:.1f} MB, grew by {(sizes[-1] - sizes[0]) / 1e6:+.2f} MB")
     print(blocks_line(seen.blocks))
+    p50, p99 = (median(counts) for counts in zip(*seen.handed_over_us or [(nan, nan)], strict=True))
+    print(f"a record packed and handed over: {p50:.1f} us at the median, {p99:.1f} at the p99 (wanted: 5)")
     for fault in seen.faults:
         print(f"fault: {fault}")
     return 1 if absent or drops else 0
@@ -101,12 +116,12 @@ def _of_log(path: Path) -> Recorded:
     log = read_log(path)
     absent = int(np.sum(np.diff(log.columns["cycle"].astype(np.int64)) - 1))
     took_us = {name: log.columns[name].copy() for name in ("late_us", *PHASES_US)}
-    return Recorded(log.cycles, absent, log.duration_s, took_us, log.metadata["closing"])
+    return Recorded(log.cycles, absent, log.duration_s, took_us, log.metadata.get("closing", {}))
 
 
 def _beside_idle(parts: Sequence[Recorded], late_us: Any, cycles: int, idle: Idle) -> None:
     """The table of what was late, the daemon beside the loop without work."""
-    overruns, missed = (sum(int(part.closing[key]) for part in parts) for key in ("overruns", "missed_periods"))
+    overruns, missed = (sum(int(part.closing.get(key, 0)) for part in parts) for key in ("overruns", "missed_periods"))
     per = 1e5 / max(1, cycles), 1e5 / max(1, idle.cycles)
     print(f"{'':28}{'daemon':>12}{'idle loop':>12}")
     print(f"{'cycles':28}{cycles:12}{idle.cycles:12}")

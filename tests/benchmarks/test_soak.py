@@ -22,9 +22,9 @@ os.kill(os.getpid(), signal.SIGUSR1)
 
 def _counts(path: Path, *words: str) -> list[int]:
     """Of a child with these words after its program."""
-    environment = {**os.environ, "PYTHONPATH": str(COUNTED), "LONGREACH_BLOCKS": str(path)}
-    subprocess.run([sys.executable, "-c", _CHILD, *words], env=environment, check=bool(words))
-    return [int(line) for line in path.read_text().split()] if path.exists() else []
+    environment = {**os.environ, "PYTHONPATH": f"{COUNTED}{os.pathsep}{COUNTED.parents[2]}", "LONGREACH_COUNTS": str(path)}
+    subprocess.run([sys.executable, "-c", _CHILD, *words], env=environment, check=bool(words))  # without them the signal ends the child
+    return [int(line.split()[0]) for line in path.read_text().splitlines()] if path.exists() else []
 
 
 def test_the_control_process_counts_its_blocks_when_it_is_asked_to(tmp_path: Path) -> None:
