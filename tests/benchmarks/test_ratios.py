@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from benchmarks.ratios import JUDGED, PAIRS, RUNS, judged, kernel_and_c, pairs_of, spread_of, worse
+from benchmarks.ratios import BETWEEN_PROCESSORS, JUDGED, PAIRS, RUNS, baseline_for, judged, kernel_and_c, pairs_of, spread_of, worse
 
 KERNEL = JUDGED[0]
 
@@ -72,6 +72,23 @@ def test_only_what_is_worse_in_every_run_fails(capsys: pytest.CaptureFixture[str
     assert worse(runs(*[1.5] * (RUNS - 1), 1.05), kept) == []
     assert worse(runs(*[1.5] * RUNS), kept) == [KERNEL]
     assert capsys.readouterr().out.count("measured again") == 2 * (RUNS - 1)
+
+
+def test_another_processor_is_judged_by_the_loosest_limit_and_what_processors_differ_by() -> None:
+    one_of = {"host_python": "3.11.7", "ratios": {KERNEL: {"median": 1.0, "spread": 0.1}}}
+    kept = {"A": one_of, "B": {"host_python": "3.11.2", "ratios": {KERNEL: {"median": 0.8, "spread": 1.0}}}}
+    assert baseline_for(kept, "A", "3.11.9") == (one_of["ratios"], 1.0)
+    baseline, allowance = baseline_for(kept, "C", "3.11.9")
+    assert (baseline[KERNEL]["median"], allowance) == (0.8, BETWEEN_PROCESSORS)
+    limit = 1.3 * BETWEEN_PROCESSORS
+    assert worse(lambda: {KERNEL: [limit - 0.01]}, baseline, allowance) == []
+    assert worse(lambda: {KERNEL: [limit + 0.01]}, baseline, allowance) == [KERNEL]
+
+
+def test_a_baseline_of_another_python_judges_nothing() -> None:
+    kept = {"A": {"host_python": "3.11.7", "ratios": {KERNEL: {"median": 1.0, "spread": 0.1}}}}
+    baseline, allowance = baseline_for(kept, "A", "3.12.1")
+    assert worse(lambda: {KERNEL: [9.0]}, baseline, allowance) == []
 
 
 def test_a_ratio_is_that_of_the_two_sides_work() -> None:
