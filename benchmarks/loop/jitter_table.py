@@ -67,7 +67,7 @@ def _median(runs: Sequence[dict[str, float]], key: str) -> float:
 
 
 def _ratios(turns: Sequence[dict[str, Any]]) -> Iterator[str]:
-    yield f"{'ratios within a turn: median (95 %)':36}{'p99':>23}{f'above {HIGH:g}':>11}{'p99.9':>23}{f'above {HIGH:g}':>11}"
+    yield f"{'ratios within a turn: median (95 %)':36}{'p99':>25}{f'above {HIGH:g}':>11}{'p99.9':>25}{f'above {HIGH:g}':>11}"
     for name in OWN:
         for rival in RIVALS:
             both = [(turn["runs"][name], turn["runs"][rival]) for turn in turns if {name, rival} <= turn["runs"].keys()]
@@ -79,4 +79,4 @@ def _ratio(both: Sequence[tuple[dict[str, float], dict[str, float]]], key: str) 
     ratios = [(own[key] + _FLOOR_US) / (rival[key] + _FLOOR_US) for own, rival in both]
     low, high = interval_of_median(ratios)
     above = sum(ratio > HIGH for ratio in ratios)
-    return f"{f'{median(ratios):.3f} ({low:.3f} to {high:.3f})':>23}{f'{above} of {len(ratios)}':>11}"
+    return f"{f'{median(ratios):.3f} ({low:.3f} to {high:.3f})':>25}{f'{above} of {len(ratios)}':>11}"
