@@ -14,8 +14,7 @@ from config.errors import LogError
 from config.loading.load import rig_from_text
 from config.schema.rig import Rig
 from config.whole_file import system_advice
-from recording.files.mcap_stream import MAGIC
-from recording.files.scan import Attached, Content, Damage, Entries, Message, SchemaText, Topic, scan
+from recording.files.scan import MAGIC, Attached, Content, Damage, Entries, Message, SchemaText, Topic, scan
 from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC, SET_POINT_TOPIC
 from recording.format.event import Event, decode_event
 from recording.format.layout import RecordLayout

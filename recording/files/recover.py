@@ -11,9 +11,8 @@ import numpy as np
 from config.errors import LogError
 from config.whole_file import free_name, replaced_when_done
 from recording.files.copying import copy_records
-from recording.files.mcap_stream import MAGIC
 from recording.files.reader import Log, read_log
-from recording.files.scan import Entries
+from recording.files.scan import MAGIC, Entries
 from recording.files.writer import LogWriter
 
 CRASH_WINDOW_S = 0.25  # the recorder flushes at least this often

@@ -9,14 +9,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import IO, Any, cast
+
+from mcap.writer import CompressionType, Writer
 
 from config.errors import LogError
 from config.whole_file import system_advice
-from recording.files.mcap_stream import McapStream
 from recording.format.event import EVENT_SCHEMA, EVENT_SCHEMA_TEXT, Event, encode_event
 from recording.format.layout import RecordLayout
 from recording.format.set_point import SET_POINT_SCHEMA, SET_POINT_SCHEMA_TEXT
 
+CHUNK_BYTES = 128 * 1024  # above what 100 ms of a 1 kHz record need, so that flush() decides where chunks end
 LIBRARY = "longreach"
 CYCLE_TOPIC = "/cycle"
 EVENT_TOPIC = "/event"
@@ -41,51 +44,52 @@ class LogWriter:
         self.path = Path(path)
         self.cycles = 0
         self._file = _WholeWrites(self.path)
-        self._mcap = McapStream(self._file, "ros2", LIBRARY)
+        self._writer = Writer(cast("IO[Any]", self._file), chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
+        self._writer.start(profile="ros2", library=LIBRARY)
         self._cycle_channel = self._register(CYCLE_TOPIC, layout.schema_name, layout.schema_text)
         self._event_channel = self._register(EVENT_TOPIC, EVENT_SCHEMA, EVENT_SCHEMA_TEXT)
         self._set_point_channel: int | None = None
         for name, entries in metadata.items():
-            self._mcap.add_metadata(name, entries)
+            self._writer.add_metadata(name, dict(entries))
         for name, (media_type, data) in attachments.items():
             self.attach(t_ns, name, media_type, data)
 
     def cycle(self, t_ns: int, packed: bytes) -> None:
         """One cycle, packed by the layout; `t_ns` is its deadline in Unix nanoseconds."""
-        self._mcap.add_message(self._cycle_channel, t_ns, packed, self.cycles & 0xFFFFFFFF)
+        self._writer.add_message(self._cycle_channel, t_ns, packed, t_ns, self.cycles & 0xFFFFFFFF)
         self.cycles += 1
 
     def event(self, t_ns: int, event: Event) -> None:
-        self._mcap.add_message(self._event_channel, t_ns, encode_event(event))
+        self._writer.add_message(self._event_channel, t_ns, encode_event(event), t_ns)
 
     def set_point(self, t_ns: int, packed: bytes) -> None:
         """One set point, as encode_set_point made it. The topic is there from the first one on: other logs have none."""
         if self._set_point_channel is None:
             self._set_point_channel = self._register(SET_POINT_TOPIC, SET_POINT_SCHEMA, SET_POINT_SCHEMA_TEXT)
-        self._mcap.add_message(self._set_point_channel, t_ns, packed)
+        self._writer.add_message(self._set_point_channel, t_ns, packed, t_ns)
 
     def attach(self, t_ns: int, name: str, media_type: str, data: bytes) -> None:
         """Store a whole file, e.g. run-1.json. Cycles before it are written out first, so the order of records is that of time."""
-        self._mcap.end_chunk()
-        self._mcap.add_attachment(t_ns, name, media_type, data)
+        self._writer.flush()
+        self._writer.add_attachment(t_ns, t_ns, name, media_type, data)
 
     def metadata(self, name: str, entries: Mapping[str, str]) -> None:
-        self._mcap.end_chunk()
-        self._mcap.add_metadata(name, entries)
+        self._writer.flush()
+        self._writer.add_metadata(name, dict(entries))
 
     def flush(self) -> None:
         """Everything so far is with the operating system: a kill of this process loses nothing before this call."""
-        self._mcap.end_chunk()
+        self._writer.flush()
 
     def sync(self) -> None:
         """flush(), and wait until the disk has it: a loss of power loses nothing before this call. May take many milliseconds."""
-        self._mcap.end_chunk()
+        self._writer.flush()
         self._file.sync()
 
     def close(self, closing: Mapping[str, str]) -> None:
         """Write the metadata `closing` (timing passport; `complete: true` unless it says otherwise) and the index, and close the file."""
         self.metadata("closing", {"complete": "true", **closing, "cycles": str(self.cycles)})
-        self._mcap.finish()
+        self._writer.finish()
         self._file.sync()
         self._file.close()
 
@@ -94,8 +98,8 @@ class LogWriter:
         self._file.close()
 
     def _register(self, topic: str, schema_name: str, schema_text: str) -> int:
-        schema = self._mcap.register_schema(schema_name, "ros2msg", schema_text.encode())
-        return self._mcap.register_channel(topic, "cdr", schema)
+        schema = self._writer.register_schema(schema_name, "ros2msg", schema_text.encode())
+        return int(self._writer.register_channel(topic, "cdr", schema))
 
 
 class _WholeWrites:
@@ -124,6 +128,9 @@ class _WholeWrites:
 
     def tell(self) -> int:
         return self._length
+
+    def flush(self) -> None:
+        """Nothing is buffered here; the MCAP writer asks for it."""
 
     def sync(self) -> None:
         try:
