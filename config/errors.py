@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 EXIT_REFUSED = 1
 EXIT_USAGE = 2
@@ -55,42 +55,34 @@ class Refusal:
         return {key: value for key, value in asdict(self).items() if value}
 
 
+class Parts(TypedDict, total=False):
+    """Of a message, as keywords; a value and a limit may be given as they are."""
+
+    value: object
+    limit: object
+    unit: str
+    where: str
+    next_step: str
+    mend: Mend
+
+
 class LongreachError(Exception):
     """Base of all refusals. Raise a subclass with the parts of its message as keywords."""
 
     exit_status = EXIT_REFUSED
 
-    def __init__(
-        self,
-        what: str,
-        *,
-        value: object = "",
-        limit: object = "",
-        unit: str = "",
-        where: str = "",
-        next_step: str = "",
-        mend: Mend | None = None,
-    ) -> None:
-        self.refusal = Refusal(what, str(value), str(limit), unit, where, next_step, mend or {})
+    def __init__(self, what: str, **parts: Unpack[Parts]) -> None:
+        value, limit = str(parts.get("value", "")), str(parts.get("limit", ""))
+        others = parts.get("unit", ""), parts.get("where", ""), parts.get("next_step", ""), parts.get("mend", {})
+        self.refusal = Refusal(what, value, limit, *others)
         super().__init__(self.refusal.text())
 
 
 class ConfigError(LongreachError):
     """Example: unknown key 'gian' in servo.rotary (nearest: 'gain'). `problems` holds every problem of the file, in its order."""
 
-    def __init__(
-        self,
-        what: str,
-        *,
-        value: object = "",
-        limit: object = "",
-        unit: str = "",
-        where: str = "",
-        next_step: str = "",
-        mend: Mend | None = None,
-        problems: tuple[Refusal, ...] = (),
-    ) -> None:
-        super().__init__(what, value=value, limit=limit, unit=unit, where=where, next_step=next_step, mend=mend)
+    def __init__(self, what: str, *, problems: tuple[Refusal, ...] = (), **parts: Unpack[Parts]) -> None:
+        super().__init__(what, **parts)
         self.problems = problems or (self.refusal,)
 
 

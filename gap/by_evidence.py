@@ -85,33 +85,35 @@ def by_evidence(
     without = {n.suspect.label: search.known(outcome.chosen.labels - {n.suspect.label}) or search.null for n in outcome.names}
     bases = [(n, _whole(state, without[n.suspect.label])) for n in outcome.names]
     steps = [_step(state, search, outcome.chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Candidate)]
-    decided = _with_all_logs(state, search, outcome)
+    blind = Fitted(outcome.chosen.model, half_width(search.seen, outcome.chosen))
+    chosen = on_all_logs(state, outcome.all_logs, outcome.on_all[outcome.chosen.labels])
+    changes = tuple(_changed(blind, chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
     progress("smallest sizes that would have been named")
-    least = _least(search, outcome)
-    changes = tuple(_changed(decided, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
+    least, places = _least(search, outcome), _places(search, outcome, best[0], names, loaded)
+    alone = _alone(state, search, outcome)
     state = replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=tuple(steps))
-    left = beyond(search.seen, outcome.chosen)
-    left_there = [replace(e, experiment=own) for e, own in zip(best[0].evaluations, search.seen.experiments, strict=True)]
-    places = where_unexplained(left_there, outcome.chosen.at.discrepancy, left, names, loaded.rig)
-    return state, replace(decided, changes=changes, least=least, places=tuple(places))
+    return state, Decided(outcome, blind.half_width, chosen, alone, changes, least, places)
+
+
+def _places(search: EvidenceSearch, outcome: Said, best: Fit, names: Sequence[str], loaded: LoadedRig) -> tuple[Disagreement, ...]:
+    """Where the chosen set leaves more than honest models leave."""
+    left = [replace(e, experiment=own) for e, own in zip(best.evaluations, search.seen.experiments, strict=True)]
+    return tuple(where_unexplained(left, outcome.chosen.at.discrepancy, beyond(search.seen, outcome.chosen), names, loaded.rig))
 
 
 def _least(search: EvidenceSearch, outcome: Said) -> tuple[LeastSize, ...]:
     """Sizes at which the others would have been as probable as not, by all logs."""
     chosen = outcome.on_all[outcome.chosen.labels]
-    others = [s for s in replace(search, fitted=(chosen,)).suspects() if s.label not in chosen.labels]
-    found = visible_sizes(outcome.all_logs, chosen, others, -search.log_odds)
+    found = visible_sizes(outcome.all_logs, chosen, search.suspects_beside(chosen), -search.log_odds)
     stated = [s.suspect.free.start if isinstance(s.suspect, Changed) else None for s in found]
     return tuple(LeastSize(s.suspect.effect, s.suspect.where, s.parameter, s.unit, s.size, at) for s, at in zip(found, stated, strict=True))
 
 
-def _with_all_logs(state: GateSearch, search: EvidenceSearch, outcome: Said) -> Decided:
-    """The chosen set, and constants alone where no name is to be written, as they are with all logs."""
-    names = outcome.chosen.labels
-    chosen, alone = on_all_logs(state, outcome.all_logs, outcome.on_all[names]), None
-    if outcome.word == "unknown" and names:
-        alone = as_constants(search.null), on_all_logs(state, outcome.all_logs, outcome.on_all[search.null.labels])
-    return Decided(outcome, half_width(search.seen, outcome.chosen), chosen, alone, (), (), ())
+def _alone(state: GateSearch, search: EvidenceSearch, outcome: Said) -> tuple[Model, Fitted] | None:
+    """Constants alone, by the fit logs and by all, where there are names and none is to be written."""
+    if outcome.word != "unknown" or not outcome.names:
+        return None
+    return as_constants(search.null), on_all_logs(state, outcome.all_logs, outcome.on_all[search.null.labels])
 
 
 Whole = tuple[Fit, tuple[Evaluation, ...]]  # a model on the fit logs and on the hold-out
@@ -149,21 +151,21 @@ def _gain(whole: Whole, base: Whole) -> float:
     return (before - mean_cost(whole[1])) / max(before - FLOOR, 1e-9)
 
 
-def _changed(decided: Decided, name: Name, best: Whole, base: Whole) -> dict[str, Any]:
-    """The finding of a number that has changed."""
+def _changed(blind: Fitted, chosen: Fitted, name: Name, best: Whole, base: Whole) -> dict[str, Any]:
+    """The finding of a number that has changed, of the chosen set as the fit logs have it and as all logs do."""
     assert isinstance(name.suspect, Changed)
-    free, model = name.suspect.free, decided.chosen.model
-    at = next(k for k, f in enumerate(model.free) if f.key == free.key)
-    value, effect = float(model.theta[at]), EFFECTS.get(name.suspect.effect)
-    blind = number(float(decided.said.chosen.model.theta[at]), float(decided.half_width[at]), free.unit)
+    free = name.suspect.free
+    at = next(k for k, f in enumerate(chosen.model.free) if f.key == free.key)
+    by_fit, by_all = (number(float(one.model.theta[at]), float(one.half_width[at]), free.unit) for one in (blind, chosen))
+    effect = EFFECTS.get(name.suspect.effect)
     return {
         "effect": name.suspect.effect,
         "where": name.suspect.where,
         "confirmed": name.confirmed,
         "probability": _short(name.probability),
         "stated": _short(free.start),
-        "value": _short(value),
-        "parameters": {free.key.rpartition(".")[2]: number(value, float(decided.chosen.half_width[at]), free.unit) | by_fit_logs(blind)},
+        "value": by_all["value"],
+        "parameters": {free.key.rpartition(".")[2]: by_all | by_fit_logs(by_fit)},
         "holdout_gain": _short(_gain(best, base)),
         "t": _short(paired_t(base[1], best[1])),
         "look_alikes": [_rival(other) for other in name.alike],

@@ -43,11 +43,11 @@ def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
 
 
 def together(seen: Seen, held: Seen) -> Seen:
-    """The fitted logs, then the hold-out; they count as the fitted ones do."""
+    """The fitted logs, then the hold-out, which counts as they do."""
     return Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model, seen.counts)
 
 
-def of_rig_file(nominal: Hypothesis, held: Seen, counts: float) -> float:
+def of_rig_file(nominal: Hypothesis, held: Seen) -> float:
     """ln p(hold-out) of the rig file as it is: nothing of it is unsure."""
     left = held.left(held.readings(nominal.model))
-    return counts * on_other_logs(held.experiments, left, held.unknowns, held.scales, nominal.at.discrepancy)[1]
+    return held.counts * on_other_logs(held.experiments, left, held.unknowns, held.scales, nominal.at.discrepancy)[1]

@@ -15,7 +15,7 @@ from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.refinement import opened
 from gap.evidence.score.changed import changeable
-from gap.evidence.score.hypothesis import about, hypothesis_at
+from gap.evidence.score.hypothesis import about, counted, hypothesis_at
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.model import Free, Model
 from gap.fitting.simulate import some
@@ -29,7 +29,7 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     numbers = chosen([velocities(e) for e in experiments])
     few = tuple(some(e, n) for e, n in zip(experiments, numbers, strict=True))
     scales = np.maximum(HONEST * swings(experiments), LEAST_DISCREPANCY)
-    seen = about(few, scales, model, OTHER_FORM)
+    seen = about(few, scales, model, counted(few, OTHER_FORM))
     point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))
     nominal = hypothesis_at(seen, (), point)
     count = len(candidates(rig, channels)) + len(changeable(rig, free))

@@ -25,7 +25,7 @@ _FOLLOWED = 6  # best promises of a screening that are followed along straight l
 def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
     present = {h.labels for h in search.fitted} | {w.labels for w in search.waiting}
-    suspects = [s for s in _beside(search, base) if base.labels | {s.label} not in present]
+    suspects = [s for s in search.suspects_beside(base) if base.labels | {s.label} not in present]
     waiting = _promised(search, base, suspects, base.log_z)
     if not np.any(beyond(search.seen, base)) and not strained(search.seen, base):
         return replace(search, waiting=(*search.waiting, *waiting))
@@ -39,7 +39,7 @@ def in_its_place(search: EvidenceSearch, there: Hypothesis, descended_there: Hyp
     """Every set of `there` and one more that is not fitted, with its promise where the best set stands, of which `there` lacks one suspect:
     constants are not torn there, and what does the same as that suspect shows by how much. `descended_there`: to where that is fitted."""
     fitted = {h.labels for h in search.fitted}
-    suspects = [s for s in _beside(search, there) if there.labels | {s.label} not in fitted]
+    suspects = [s for s in search.suspects_beside(there) if there.labels | {s.label} not in fitted]
     return replace(search, waiting=(*search.waiting, *_promised(search, there, suspects, descended_there.log_z)))
 
 
@@ -64,12 +64,6 @@ def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
         return search.nominal
     point = with_columns(search.seen, base.model.with_own_constants(), _own_columns(search, base), base.at.discrepancy)
     return hypothesis_at(search.seen, base.suspects, point)
-
-
-def _beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
-    """What may be added to a set: not what it has; nor an effect and the change of a number that is the same."""
-    at = replace(search, fitted=(base,))
-    return [s for s in at.suspects() if s.label not in base.labels]
 
 
 def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) -> StraightFit | None:

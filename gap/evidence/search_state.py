@@ -97,7 +97,7 @@ class EvidenceSearch:
         """The fit of a set, if there is one."""
         return next((h for h in self.fitted if h.labels == labels), None)
 
-    def suspects(self) -> list[Suspect]:
-        """All there are beside the best set."""
-        model = self.best.model
-        return [*candidates(model.rig, self.channels), *changeable(self.rig, self.nominal.model.free)]
+    def suspects_beside(self, base: Hypothesis) -> list[Suspect]:
+        """What may be added to a set: not what it has; nor an effect and the change of a number that is the same."""
+        every: list[Suspect] = [*candidates(base.model.rig, self.channels), *changeable(self.rig, self.nominal.model.free)]
+        return [suspect for suspect in every if suspect.label not in base.labels]

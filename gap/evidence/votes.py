@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from gap.evidence.judge import together
 from gap.evidence.refinement import descended, hypothesis_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen
 
@@ -57,5 +56,4 @@ def on_hold_out(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
     number, at = len(seen.experiments), judged.at
     discrepancy = replace(at.discrepancy, times=at.discrepancy.times[number:])
     point = replace(at, readings=at.readings[number:], jacobian=at.jacobian[number:], discrepancy=discrepancy)
-    alone = replace(held, counts=together(seen, held).counts)
-    return hypothesis_of(alone, judged.suspects, descended(alone, point))
+    return hypothesis_of(held, judged.suspects, descended(held, point))

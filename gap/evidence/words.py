@@ -58,13 +58,13 @@ class Said:
 
 def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
-    judges = about(held, search.seen.scales, search.seen.model, search.best.at.discrepancy.share)
+    judges = about(held, search.seen.scales, search.seen.model, search.seen.counts)
     by_set = _judged(search, judges)
     found = shares(search, by_set)
     likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
     chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
     judged = {
-        "rig file": of_rig_file(search.nominal, judges, search.seen.counts),
+        "rig file": of_rig_file(search.nominal, judges),
         "constants": by_set[search.null.labels].log_z - search.null.log_z,
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }

@@ -93,17 +93,21 @@ class Hypothesis:
         return self.at.model
 
 
-def about(experiments: Sequence[Experiment], scales: Array, model: Model, share: float) -> Seen:
+def about(experiments: Sequence[Experiment], scales: Array, model: Model, counts: float) -> Seen:
     """Logs with what is integrated out, and what windows remember, as they are about a model."""
     vector = model.vector()
     remembered = tuple(remembering(e, vector) for e in experiments)
-    windows = sum(len(e.measured) for e in experiments)
-    return Seen(remembered, scales, unknowns_of(remembered, vector), model, power(windows, share))
+    return Seen(remembered, scales, unknowns_of(remembered, vector), model, counts)
 
 
 def about_fit(seen: Seen, fitted: Hypothesis) -> Seen:
-    """The same logs as they are about a fitted set."""
-    return about(seen.experiments, seen.scales, fitted.model, fitted.at.discrepancy.share)
+    """The same logs as they are about a fitted set, and as the friction that it leaves lets them count."""
+    return about(seen.experiments, seen.scales, fitted.model, counted(seen.experiments, fitted.at.discrepancy.share))
+
+
+def counted(experiments: Sequence[Experiment], share: float) -> float:
+    """ζ of logs in windows; `share` η of the friction has another form."""
+    return power(sum(len(e.measured) for e in experiments), share)
 
 
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:

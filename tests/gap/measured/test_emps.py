@@ -21,16 +21,25 @@ DIFFERENCE_N_S_PER_M = 166.7 - 240.4
 WITHOUT_OFFSET, WITH_OFFSET = "no offset in the rig file", "the rig file's offset"
 
 
-@pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def searched(factory: pytest.TempPathFactory, settings: Settings) -> dict[str, Path]:
     """The search's folder, by what the rig file says of the offset."""
     folders = {}
     for name in (WITHOUT_OFFSET, WITH_OFFSET):
-        folder = tmp_path_factory.mktemp("emps")
+        folder = factory.mktemp("emps")
         fit_log, holdout = emps_logs.logs(folder)
         folders[name] = folder / "out"
-        find(emps_logs.frictionless(folder, name == WITH_OFFSET), [fit_log], [holdout], folders[name], lambda line: None)
+        find(emps_logs.frictionless(folder, name == WITH_OFFSET), [fit_log], [holdout], folders[name], lambda line: None, settings)
     return folders
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    return searched(tmp_path_factory, Settings())
+
+
+@pytest.fixture(scope="module")
+def by_evidence(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    return searched(tmp_path_factory, Settings(decide="evidence", propose=False))
 
 
 def content(folder: Path) -> dict[str, Any]:
@@ -85,19 +94,6 @@ def test_the_friction_is_the_authors_within_five_per_cent(found: dict[str, Path]
 )
 def test_the_difference_of_the_directions_is_the_authors_within_five_per_cent(found: dict[str, Path], offset: str) -> None:
     assert value(found[offset], "asymmetric_friction", "coefficient_difference") == pytest.approx(DIFFERENCE_N_S_PER_M, rel=0.05)
-
-
-@pytest.fixture(scope="module")
-def by_evidence(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """As `found`, named by evidence."""
-    folders = {}
-    for name in (WITHOUT_OFFSET, WITH_OFFSET):
-        folder = tmp_path_factory.mktemp("emps")
-        fit_log, holdout = emps_logs.logs(folder)
-        folders[name] = folder / "out"
-        settings = Settings(decide="evidence", propose=False)
-        find(emps_logs.frictionless(folder, name == WITH_OFFSET), [fit_log], [holdout], folders[name], lambda line: None, settings)
-    return folders
 
 
 @pytest.mark.slow
