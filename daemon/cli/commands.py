@@ -8,14 +8,12 @@ work it imports when it does it.
 from __future__ import annotations
 
 import argparse
-import re
+import sys
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any, NamedTuple, NoReturn
 
 from config.errors import EXIT_USAGE
-
-_NO_COMMAND = re.compile(r"argument (?:COMMAND|VERB): invalid choice: '([^']*)' \(choose from (.*)\)")
 
 
 class Command(NamedTuple):
@@ -93,17 +91,21 @@ COMMANDS = (
 
 
 class Parser(argparse.ArgumentParser):
-    """A command or verb that there is not is answered with the nearest one, not with all forty."""
+    """Words that do not fit are answered with the nearest that do, and with the command to type next."""
+
+    _words: list[str]
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self._words = sys.argv[1:] if args is None else list(args)
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        wrong = _NO_COMMAND.search(message)
-        if wrong is None:
-            super().error(message)
-        from config.parsing.nearest import nearest
+        from daemon.cli.refusal import as_typed_here
+        from daemon.cli.wrong_usage import wrong_usage
 
-        near = nearest(wrong[1], re.findall(r"[\w-]+", wrong[2]))
-        said, typed = (f": nearest is {near!r}", f"{self.prog} {near} --help") if near else ("", f"{self.prog} --help")
-        self.exit(EXIT_USAGE, f"{self.prog}: there is no command {wrong[1]!r}{said}\nnext: {typed}\n")
+        wrong = wrong_usage(self, self._words, message)
+        usage = self.format_usage() if wrong.with_usage else ""
+        self.exit(EXIT_USAGE, f"{usage}{wrong.of}: {wrong.said}\nnext: {as_typed_here(wrong.typed)}\n")
 
 
 class CommandParser(Parser):

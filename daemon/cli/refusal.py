@@ -25,6 +25,11 @@ def program() -> str:
     return str(called) if called.name == "longreach" and not shutil.which("longreach") else "longreach"
 
 
+def as_typed_here(command: str) -> str:
+    """A command of `longreach` or `longreachd`, which lie side by side, with their path where the shell needs it."""
+    return re.sub(r"^longreach(?=d?\b)", lambda name: program(), command)
+
+
 def report(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> None:
     """Print a refusal where its reader looks for it: JSON on stdout for scripts, text on stderr for people."""
     if getattr(arguments, "json", False):
@@ -34,7 +39,7 @@ def report(error: LongreachError, words: Sequence[str], arguments: argparse.Name
     typed = shlex.join(["longreach", *mended]) if mended else next_command(error, words, arguments)
     print(f"longreach: {error}", file=sys.stderr)
     print("".join(f"change {line}\n" for line in lines), end="", file=sys.stderr)
-    print("next: " + re.sub(r"^longreach\b", program(), typed), file=sys.stderr)
+    print(f"next: {as_typed_here(typed)}", file=sys.stderr)
 
 
 def next_command(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> str:

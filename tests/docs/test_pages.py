@@ -119,7 +119,7 @@ def _usage_error(words: list[str]) -> str:
         try:
             build_parser().parse_args(words)
         except SystemExit as end:
-            return said.getvalue().splitlines()[-1] if end.code else ""
+            return " ".join(said.getvalue().splitlines()[-2:]) if end.code else ""
         except argparse.ArgumentError as error:
             return str(error)
     return ""
