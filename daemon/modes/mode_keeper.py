@@ -100,11 +100,7 @@ class ModeKeeper:
         if not self.run.active or self.run.countdown_cycles == 0:
             return action
         if action is not OperatorAction.NONE or self.mode is not Mode.HOLDING:
-            self._end_run(
-                f"{action.name.lower()} was asked for before it began"
-                if action
-                else f"the daemon was {self.mode.name.lower()}, {NOT_HOLDING}"
-            )
+            self._end_run(f"{action.name.lower()} was asked for before it began" if action else self._not_holding())
             return action
         left_s = self.run.count_down()
         if left_s == 0:
@@ -112,6 +108,11 @@ class ModeKeeper:
         if left_s is not None:
             self._log_countdown(left_s)
         return OperatorAction.NONE
+
+    def _not_holding(self) -> str:
+        """Of a run that arrives when the mode has just changed."""
+        because = f": {self.why_fault}" if self.mode is Mode.FAULT and self.why_fault else ""
+        return f"it was not started: the mode was {self.mode.name.lower()}, {NOT_HOLDING}{because}"
 
     def _log_countdown(self, left_s: float) -> None:
         text = f"run {self.run.number}: motion of {self._moving or 'no joint'} starts in {left_s:g} s"

@@ -96,7 +96,7 @@ class RequestHandlers:
         mode = self._loop.mode()
         if mode is not Mode.DISARMED:
             advice = {Mode.FAULT: "`longreach reset` first.", Mode.PROVING: "Wait until the proof is over."}
-            text = advice.get(mode, "It is armed already.")
+            text = advice.get(mode, "It is armed already: `longreach maneuvers` lists what it can run.")
             raise DaemonError("arming refused", value=mode.name.lower(), limit="disarmed", next_step=text)
         self._loop.refuse_failed("arming refused", [check for check in self._checks if check.reaction is not Reaction.WARN])
         await self._loop.send(LoopCommand(OperatorAction.ARM), lambda: self._loop.mode() is not Mode.ARMING)
@@ -174,21 +174,31 @@ class RequestHandlers:
             await asyncio.sleep(SETTLE_POLL_S)
 
     async def _start(self, prepare: Prepare, params: dict[str, Any]) -> dict[str, Any]:
-        mode = self._loop.mode()
-        if mode is not Mode.HOLDING or (self._history.last_run and self._history.last_run.validity == "running"):
-            advice = {Mode.DISARMED: "Run `longreach arm` first.", Mode.FAULT: "Run `longreach reset`, then `longreach arm`."}
-            text = advice.get(mode, "Wait until the run under way has ended, or `longreach stop` it.")
-            raise DaemonError("start refused", value=mode.name.lower(), limit="holding with no run under way", next_step=text)
+        self._refuse_unless_holding()
         while_armed = (Reaction.STOP, Reaction.STOP_THEN_FAULT, Reaction.FAULT)
         self._loop.refuse_failed("start refused", [check for check in self._checks if check.reaction in while_armed])
         values = self._loop.values()
         held = [values[self._facts.index(f"{joint}.reference")] for joint in self._rig.joints]
         start = await asyncio.to_thread(prepare, self._rig, self._runs + 1, params, held)  # a long program takes a while
+        self._refuse_unless_holding()
         self._runs += 1
         summary = start.plan.summary()
         self._history.begin_run(RunResult(self._runs, summary["maneuver"], summary["shaper"], summary["segments"]))
         await self._loop.send(LoopCommand(start=start), lambda: True)
         return {**summary, "countdown_s": start.countdown_s, "log": self.log["path"]}
+
+    def _refuse_unless_holding(self) -> None:
+        run, mode = self._history.last_run, self._loop.mode()
+        if run and run.validity == "running":
+            advice = "Wait until it has ended, or `longreach stop` it."
+            raise DaemonError("start refused", value=f"run {run.run} is announced or under way", limit="one run", next_step=advice)
+        if mode is Mode.HOLDING:
+            return
+        fault = self._history.fault
+        advice = {Mode.DISARMED: "Run `longreach arm` first.", Mode.FAULT: "Run `longreach reset`, then `longreach arm`."}.get(mode, "")
+        because = f" The fault: {fault['text']}" if mode is Mode.FAULT and fault else ""
+        text = advice or "Wait, then `longreach status`."
+        raise DaemonError("start refused", value=mode.name.lower(), limit="holding with no run under way", next_step=text + because)
 
     def _cancel_announced(self) -> None:
         """Take back a run that does not move yet."""

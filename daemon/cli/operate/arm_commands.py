@@ -59,7 +59,7 @@ def _arm(arguments: argparse.Namespace) -> int:
         with connect(arguments) as client:
             checks, units = client.call("checks")["checks"], units_of_rig(arguments, client.call)
         failed = [check for check in checks if not check["ok"]]
-        print("\n".join(checks_lines(checks if arguments.all else failed, units)))
+        print("".join(f"{line}\n" for line in checks_lines(checks if arguments.all else failed, units)), end="")
         raise _short(error, len(failed), len(checks)) from error
 
 

@@ -19,6 +19,12 @@ from daemon.cli.shown.terminal import LiveScreen
 
 _POLL_S = 0.2
 _SETTLE_S = 10.0
+_STOPPED = {
+    "stopping": "stopping along the path, then holding",
+    "holding": "nothing moves: the arm holds its position",
+    "disarmed": "nothing moves: the daemon is disarmed, outputs are safe",
+    "fault": "nothing moves: the daemon is in a fault, outputs are safe; `longreach why` says why",
+}
 
 
 def start_options(start: argparse.ArgumentParser) -> None:
@@ -135,8 +141,9 @@ def wait_for(client: Any, run: int, on_status: Any = None) -> dict[str, Any]:
 
 def _stop(arguments: argparse.Namespace) -> int:
     try:
-        show(arguments, ask(arguments, "stop"), "stopping along the path, then holding")
+        answer = ask(arguments, "stop")
     except DaemonError:
         print("longreach: if the arm still moves, `longreach estop` makes the outputs safe at once", file=sys.stderr)
         raise
+    show(arguments, answer, _STOPPED.get(str(answer.get("mode")), _STOPPED["stopping"]))
     return 0

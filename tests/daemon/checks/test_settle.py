@@ -139,3 +139,27 @@ def test_a_client_that_hangs_up_while_it_waits_has_no_motion_afterwards(tmp_path
 def test_words_that_are_no_wait(tmp_path: Path, settle_s: Any) -> None:
     with simple_rig(tmp_path) as (rig, _), pytest.raises(DaemonError, match="settle_s is not usable"):
         asyncio.run(held(rig).handlers.start({**JOG, "settle_s": settle_s}))
+
+
+def test_a_start_is_refused_when_the_arm_stops_holding_while_its_run_is_planned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with simple_rig(tmp_path) as (rig, _):
+        lockstep = held(rig)
+
+        async def planned(prepare: Any, *arguments: Any) -> Any:
+            start = prepare(*arguments)
+            await lockstep.handlers.estop({})
+            return start
+
+        monkeypatch.setattr("daemon.server.request_handlers.asyncio.to_thread", planned)
+        with pytest.raises(DaemonError, match=r"start refused: fault .*`longreach reset`.* The fault: e-stop was asked for") as refused:
+            asyncio.run(lockstep.handlers.start({**JOG, "countdown_s": 0.0}))
+        assert refused.value.refusal.limit == "holding with no run under way"
+        assert lockstep.history.runs == {}
+
+
+def test_a_second_start_says_which_run_is_under_way(tmp_path: Path) -> None:
+    with simple_rig(tmp_path) as (rig, _):
+        lockstep = held(rig)
+        asyncio.run(lockstep.handlers.start({**JOG, "countdown_s": 60.0}))
+        with pytest.raises(DaemonError, match=r"run 1 is announced or under way .*`longreach stop` it"):
+            asyncio.run(lockstep.handlers.start({**JOG}))
