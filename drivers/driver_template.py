@@ -151,7 +151,7 @@ from longreach_NAME import Driver, Options
 from drivers.driver_contract import DriverContract, Outputs
 
 
-class TestNAME(DriverContract):
+class TestDriver(DriverContract):
     safe_outputs = (0.0,)
 
     def make(self) -> Driver:

@@ -36,7 +36,10 @@ class RuntimeLock:
                 time.sleep(POLL_S)  # the daemon died; its control process is still stopping the arm
                 continue
             os.close(self.descriptor)
-            advice = "Use that daemon, stop it (`systemctl stop longreachd`), or give another --runtime-dir."
+            advice = (
+                "Use that daemon (`longreach status`), end it by Ctrl-C in its terminal (a service: `systemctl stop longreachd`), "
+                "or give another --runtime-dir."
+            )
             raise DaemonError(
                 "another daemon uses this runtime directory", value=f"process {holder}", where=str(directory), next_step=advice
             )

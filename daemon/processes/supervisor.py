@@ -11,6 +11,8 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
+import re
+import shlex
 import signal
 import sys
 from pathlib import Path
@@ -34,9 +36,16 @@ def main(argv: list[str] | None = None) -> int:
         return asyncio.run(_run(arguments))
     except (LongreachError, OSError) as error:
         refusal = error if isinstance(error, LongreachError) else refused_by_system(error)
-        print(f"longreachd: {refusal}", file=sys.stderr, flush=True)
+        print(f"longreachd: {refusal}\nnext: {_next_command(refusal, arguments.rig)}", file=sys.stderr, flush=True)
         notify(f"STATUS={refusal}")
         return EXIT_REFUSED
+
+
+def _next_command(refusal: LongreachError, rig: str) -> str:
+    """What the refusal names; the rig that was meant; else the command that says more about the rig file."""
+    named = re.search(r"`((?:longreach|systemctl|df|ls) [^`]*)`", refusal.refusal.next_step)
+    meant = re.search(r"nearest is '([^']*)'", refusal.refusal.what) if not rig.endswith((".yaml", ".yml")) else None
+    return named[1] if named else f"longreachd {meant[1]}" if meant else f"longreach check {shlex.quote(rig)}"
 
 
 def _parser() -> argparse.ArgumentParser:

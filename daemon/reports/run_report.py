@@ -3,6 +3,7 @@ run of the same maneuver and the same run on the simulated rig of the log."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
@@ -39,7 +40,7 @@ def write_reports(path: Path, runs: Sequence[int] | None = None, simulate: bool 
     log = read_log(path)
     wanted = runs or [each.number for each in run_facts(log)]
     if not wanted:
-        advice = "Data of another system have none; `longreach log plot` shows them."
+        advice = f"Standby recordings and data of another system have none; `longreach log plot {shlex.quote(str(path))}` shows them."
         raise LogError("the log holds no run", where=str(path), next_step=advice)
     pages = []
     for run in wanted:

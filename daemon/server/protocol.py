@@ -100,7 +100,7 @@ def result_of(answer: dict[str, Any]) -> dict[str, Any]:
 def no_answer(where: str, error: OSError) -> DaemonError:
     """What to say when the connection to the socket at `where` cannot be made, or breaks."""
     advice = {
-        FileNotFoundError: "Start it: `longreachd RIG.yaml` or `systemctl start longreachd`; or give the right --socket.",
+        FileNotFoundError: "Start it: `longreachd ornl_testbed`, or your rig file, or `systemctl start longreachd`; or give --socket.",
         ConnectionRefusedError: "The socket is left over from a daemon that ended; start `longreachd`.",
         PermissionError: "Ask to be added to the daemon's group, then log in again.",
         TimeoutError: "See `systemctl status longreachd`.",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import yaml
 
-from config.errors import DaemonError
+from config.errors import ConfigError, DaemonError
 from config.loading.load import find, load_maneuver, maneuver_from_text, read_text
 from config.loading.shipped import shipped
 from config.parsing.yaml_tree import parse
@@ -67,8 +69,24 @@ def _countdown_s(rig: Rig, params: Mapping[str, Any]) -> float:
 
 def requested_maneuver(maneuver: Any, parameters: Any) -> tuple[dict[str, Any], str]:
     """Content (as in a run's request) and text of the maneuver that `maneuver` and `parameters` of a start ask for."""
-    text, name = _with_parameters(*_maneuver_text(maneuver), parameters)
-    return maneuver_content(maneuver_from_text(text, name)), text
+    original = _maneuver_text(maneuver)
+    text, name = _with_parameters(*original, parameters)
+    try:
+        return maneuver_content(maneuver_from_text(text, name)), text
+    except ConfigError as error:
+        error.refusal = replace(error.refusal, mend=_as_it_was(*original, error.refusal.mend) or error.refusal.mend)
+        raise
+
+
+def _as_it_was(text: str, name: str, keys: Iterable[str]) -> dict[str, str]:
+    """What the maneuver itself has there: it runs with that, which it need not with a value that is merely allowed."""
+    content = parse(text, name).plain
+    tops = {re.split(r"[.\[]", key)[0] for key in keys}
+    return {top: _one_line(content[top]) for top in tops if top in content} if isinstance(content, dict) else {}
+
+
+def _one_line(value: Any) -> str:
+    return yaml.safe_dump(value, default_flow_style=True, width=10_000).removesuffix("\n...\n").strip()
 
 
 def _maneuver_text(maneuver: Any) -> tuple[str, str]:

@@ -48,7 +48,8 @@ def logs_in(places: Iterable[Path]) -> list[Path]:
         elif place.is_file():
             found.append(place)
         else:
-            raise LogError("no such folder or log", where=str(place), next_step="Name the folder that the daemon writes its logs to.")
+            advice = "Name the folder that the daemon writes its logs to: `ls .` shows what is there."
+            raise LogError("no such folder or log", where=str(place), next_step=advice)
     return list(dict.fromkeys(found))
 
 

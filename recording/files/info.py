@@ -66,10 +66,14 @@ class LogFacts:
             *(_run_line(run) for run in self.runs),
             f"  events: {_counted(self.events) or 'none'}",
             *(f"  {name}: {value}" for name, value in self.timing.items()),
-            *(f"  {name}: {value}" for name, value in self.passport.items() if _IN_MICROSECONDS not in name and "histogram" not in name),
-            f"  attached: {', '.join(f'{name} ({size} bytes)' for name, size in self.attachments.items()) or 'nothing'}",
+            *(f"  {name}: {value}" for name, value in self.passport.items() if self._is_told(name)),
+            f"  attached: {', '.join(f'{name} ({size / 1000:.1f} kB)' for name, size in self.attachments.items()) or 'nothing'}",
         ]
         return "\n".join(lines)
+
+    def _is_told(self, name: str) -> bool:
+        """Of the passport: what the lines above do not say."""
+        return not (name in self.timing or name == "rate_Hz" or _IN_MICROSECONDS in name or "histogram" in name)
 
 
 def describe(log: Log) -> LogFacts:

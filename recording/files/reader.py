@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import mmap
+import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -189,9 +190,11 @@ def _not_a_log(path: Path, head: bytes) -> LogError:
     if not head:
         return LogError("the file is empty", where=str(path), next_step="Nothing was recorded into it.")
     if path.suffix.lower() in (".csv", ".txt", ".tsv"):
-        return LogError("this is a table, not a log", where=str(path), next_step=f"Run `longreach import {path.name}` first.")
+        advice = f"Run `longreach import {shlex.quote(str(path))} --suggest` first."
+        return LogError("this is a table, not a log", where=str(path), next_step=advice)
     what = "this is not a log: the file does not start as an MCAP file"
-    return LogError(what, value=repr(head[:8]), where=str(path), next_step="Give a .mcap file that longreach wrote.")
+    advice = "Give a .mcap file that longreach wrote: `longreach runs .` lists them."
+    return LogError(what, value=repr(head[:8]), where=str(path), next_step=advice)
 
 
 def _without_cycles(path: Path, damage: Damage, gathered: _Gathered) -> LogError:

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from config.errors import LongreachError
+from config.errors import LongreachError, UsageError
 from config.loading.load import LoadedRig, apply_overrides, rig_from_text
 from config.loading.stand_in import with_simulated_devices
+from config.schema.rig import Rig
 from daemon.cli.simulate.outcome import RunOutcome, outcome
 from daemon.cli.simulate.sweep import OF_MANEUVER, SHAPER, Case
 from daemon.lockstep import run_into
+from daemon.server.start_request import requested_maneuver
 from gap.executor import each, executor
 
 
@@ -45,10 +47,20 @@ def changed(work: Work, case: Case) -> tuple[str, Mapping[str, Any]]:
     """Rig text and request with the case's values: keys of the rig file, `shaper`, or `maneuver.KEY`."""
     of_rig = [f"{key}={value}" for key, value in case.items() if key != SHAPER and not key.startswith(OF_MANEUVER)]
     of_maneuver = [f"{key.removeprefix(OF_MANEUVER)}={value}" for key, value in case.items() if key.startswith(OF_MANEUVER)]
+    for key, value in case.items():
+        _refuse_maneuver_key(key, value, work)
     request = dict(work.request) | {"parameters": [*work.request["parameters"], *of_maneuver]}
     if SHAPER in case:
         request["shaper"] = dict(work.request["shaper"]) | {"kind": case[SHAPER]}
     return apply_overrides(work.rig_text, of_rig), request
+
+
+def _refuse_maneuver_key(key: str, value: str, work: Work) -> None:
+    """A key of the maneuver without its "maneuver." would be looked for in the rig file."""
+    if key in (SHAPER, *Rig.model_fields) or "." in key or key not in requested_maneuver(work.request["maneuver"], [])[0]:
+        return
+    what, better = f"{key} is a key of the maneuver, not of the rig file", f"{OF_MANEUVER}{key}={value}"
+    raise UsageError(what, where="--set", next_step=f"Write {OF_MANEUVER}{key}.", mend={f"{key}={value}": better})
 
 
 def one_run(work: Work) -> SimulatedRun:

@@ -146,7 +146,7 @@ def test_a_damaged_chunk_costs_only_its_own_rows(whole: Whole, tmp_path: Path) -
     [
         ("a.mcap", b"", "the file is empty. Nothing was recorded into it."),
         ("a.mcap", b"SQLite format 3\x00", "this is not a log: the file does not start as an MCAP file: b'SQLite f'. Give a .mcap file"),
-        ("d.csv", b"t_s,x\n0,1\n", "this is a table, not a log. Run `longreach import d.csv` first."),
+        ("d.csv", b"t_s,x\n0,1\n", "this is a table, not a log. Run `longreach import "),
         ("a.mcap", b"\x89MCAP0\r\n", "the log was cut before its first cycle. There is nothing in it to recover."),
     ],
 )
