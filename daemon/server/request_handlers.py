@@ -191,7 +191,7 @@ class RequestHandlers:
         run, mode = self._history.last_run, self._loop.mode()
         if run and run.validity == "running":
             advice = "Wait until it has ended, or `longreach stop` it."
-            raise DaemonError("start refused", value=f"run {run.run} is announced or under way", limit="one run", next_step=advice)
+            raise DaemonError("start refused", value=f"run {run.run} is announced or under way", limit="no run under way", next_step=advice)
         if mode is Mode.HOLDING:
             return
         fault = self._history.fault
