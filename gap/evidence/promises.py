@@ -17,6 +17,7 @@ from gap.evidence.score.changed import Changed
 from gap.evidence.score.hypothesis import Hypothesis, Suspect, beyond, hypothesis_at, strained
 from gap.evidence.screening import Promise, Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
+from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
 from gap.signatures.candidates import Candidate
 
 _FOLLOWED = 6  # best promises of a screening that are followed along straight lines
@@ -47,6 +48,8 @@ def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Susp
     """What every suspect promises beside one start, by what it changes there; the best promises followed along straight lines, which
     promise something without any suspect as well. `level`: as in Open."""
     signatures = signatures_of(search.seen, start, [s for s in suspects if isinstance(s, Candidate)])
+    one_each = first_lines(signatures)
+    signatures += taken_there(search.seen, start, one_each, sizes_shown(search.seen, start, one_each, -search.log_odds))
     alone = start.log_z, followed(search.seen, start).log_z
     screen = Screen(search.seen, start, signatures)
     promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]

@@ -28,7 +28,7 @@ Part = tuple[Hypothesis, Hypothesis]
 Stage = Callable[[EvidenceSearch, Progress], EvidenceSearch]
 
 _ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
-_MOST_EFFECTS = 4  # in one set
+_MOST_EFFECTS = 3  # in one set: more than three at once have a probability of 2 % beforehand
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
 _ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
 

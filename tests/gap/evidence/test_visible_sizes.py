@@ -20,7 +20,8 @@ from gap.evidence.score.changed import changeable
 from gap.evidence.screening import LinearSignature, Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import refitted
-from gap.evidence.visible_sizes import changed_by, shown_from, visible_sizes
+from gap.evidence.visible_sizes import changed_by, visible_sizes
+from gap.evidence.where_shown import shown_from
 from gap.fitting.model import Model
 from gap.fitting.nuisance import nuisances
 from gap.search.opening import experiments_of
