@@ -21,7 +21,7 @@ from tests.blind.one_case import Work, commit, finder_digest, run_case
 from tests.blind.result_file import ENDED, gather, of_case, results
 from tests.blind.scoring.page import write_page
 from tests.blind.scoring.score import score
-from tests.blind.seal import HASH, seal, unseal
+from tests.blind.seal import HASH, seal, sealed_in, unseal
 
 STUDY = Path(__file__).with_name("study")
 DEVELOPMENT_SEED = 900_000
@@ -32,7 +32,7 @@ def main() -> int:
     arguments = _arguments()
     signal.signal(signal.SIGTERM, _interrupt)  # a study that is stopped leaves its page
     study: Path = arguments.study
-    if not (study / HASH).exists():
+    if not (sealed_in(study) / HASH).exists():
         master = arguments.seed if arguments.development else secrets.randbits(48)
         drawn = cases(master, sizes())
         print(f"sealed {len(drawn)} cases: sha256 {seal(study, drawn, master)}; commit {study / HASH} before the run", flush=True)
@@ -45,7 +45,7 @@ def main() -> int:
         return 130
     finally:
         gather(study)
-        if not arguments.development:
+        if study == STUDY:
             write_page(study, unseal(study), results(study))
     return 0
 
@@ -60,21 +60,18 @@ def _arguments() -> argparse.Namespace:
         "--cases", type=int, default=20, metavar="N", help="run the next N cases without a result (default 20; 0: page only)"
     )
     parser.add_argument("--minutes", type=float, default=float("inf"), metavar="M", help="start no further case after M minutes")
-    parser.add_argument("--group", help="only cases of this group: single, null, pair, out_of_library, look_alike")
+    parser.add_argument("--group", help="only cases of this group, such as single or null")
     parser.add_argument("--again", action="store_true", help="also cases whose result is of another version of the finder")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one a processor)")
     parser.add_argument("--dask", metavar="ADDRESS", help="run on this Dask cluster instead; paths must mean the same there")
-    parser.add_argument("--study", type=Path, default=STUDY, metavar="DIR", help="folder of the sealed study and its results")
+    parser.add_argument(
+        "--study", type=Path, default=STUDY, metavar="DIR", help="folder of the results; answers lie in it or in the one above"
+    )
     parser.add_argument("--seal", action="store_true", help="seal the answers and stop")
     parser.add_argument("--development", action="store_true", help="a study whose answers may be looked at: fixed seed, no page")
     parser.add_argument("--seed", type=int, default=DEVELOPMENT_SEED, help="of a development study (default %(default)s)")
-    parser.add_argument(
-        "--decide", choices=("gates", "evidence"), default="gates", help="what names effects; the evidence in a development study only"
-    )
-    arguments = parser.parse_args()
-    if arguments.decide == "evidence" and not arguments.development:
-        parser.error("--decide evidence is a draft: no sealed case is spent on it; give --development and a --study of its own")
-    return arguments
+    parser.add_argument("--decide", choices=("gates", "evidence"), default="gates", help="what names effects (default %(default)s)")
+    return parser.parse_args()
 
 
 def waiting(study: Path, every: Sequence[Case], again: bool) -> list[Case]:
@@ -85,7 +82,7 @@ def waiting(study: Path, every: Sequence[Case], again: bool) -> list[Case]:
 
 def _run(study: Path, every: Sequence[Case], arguments: argparse.Namespace) -> None:
     todo = [c for c in waiting(study, every, arguments.again) if arguments.group in (None, c.group)][: arguments.cases]
-    (study / ENDED).mkdir(exist_ok=True)
+    (study / ENDED).mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     threads = 1 if arguments.workers != 1 else 2
     with executor(arguments.workers, arguments.dask) as pool:
@@ -98,7 +95,7 @@ def _run(study: Path, every: Sequence[Case], arguments: argparse.Namespace) -> N
             for number, result in each(pool, run_case, work):
                 minutes = (time.monotonic() - start) / 60
                 print(f"{minutes:5.1f} min  {_line(some[number], result, arguments.development)}", flush=True)
-            if not arguments.development:
+            if study == STUDY:
                 write_page(study, every, results(study))
 
 

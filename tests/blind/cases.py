@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.blind.changed_numbers import CHANGEABLE, draw_times, stated
 from tests.blind.truth.effects import STRANGE
 from tests.blind.truth.friction import BRISTLE, RIGID, SLIP
 from tests.blind.truth.session import Hidden, Setting
 
-RIG = "ornl_testbed"
 FIT, HOLDOUT = ("strokes+multisine", 16.0), ("reversals+stairs", 14.0)
-SEEDS = 3
+SECOND_FIT = ("stairs+multisine", 14.0)  # of cases with two logs to fit
 # Sizes and sensors of the single effects: every effect is in turn in each of a round. 3 and 10 times come first: they are asked for.
-ROUNDS = (((3.0, False), (10.0, True), (3.0, True), (10.0, False)), ((1.0, False), (1.0, True)))
-NULLS, PAIRS, STRANGE_SEEDS, POOR_SEEDS = 60, 30, 4, 2
+ROUNDS = (((3.0, False), (10.0, True), (3.0, True), (10.0, False)), ((1.0, True),))
+NULLS, PAIRS, STRANGE_SEEDS, POOR_SEEDS, CHANGED, TWO_LOGS = 60, 40, 6, 5, 40, 20
 FORMS = (SLIP, BRISTLE, SLIP, RIGID)  # of friction, in every four cases of a group; see docs/results/blind.md
 SIZES = Path(__file__).with_name("smallest_visible.json")
 
@@ -61,6 +61,7 @@ class Case:
     multiple: float  # of the smallest visible size; 0 where there is none
     fit: tuple[str, float]
     holdout: tuple[str, float]
+    second_fit: tuple[str, float] | None = None
 
     def as_json(self) -> str:
         return json.dumps(asdict(self))
@@ -71,7 +72,8 @@ class Case:
         hidden = tuple(Hidden(**item) for item in raw["setting"].pop("hidden"))
         raw["setting"] = Setting(hidden=hidden, **raw["setting"])
         raw["removed"] = tuple(tuple(pair) for pair in raw["removed"])
-        return Case(**raw | {"fit": tuple(raw["fit"]), "holdout": tuple(raw["holdout"])})
+        logs = {key: tuple(raw[key]) for key in ("fit", "holdout", "second_fit") if raw.get(key)}
+        return Case(**raw | logs)
 
     @property
     def truth(self) -> tuple[tuple[str, str], ...]:
@@ -102,8 +104,8 @@ def sizes(path: Path = SIZES) -> dict[Key, Size]:
 def cases(master_seed: int, known: Mapping[Key, Size]) -> list[Case]:
     """All cases in the order in which they are run: every stretch of them has a fair share of every group."""
     draw = np.random.default_rng(master_seed)
-    groups = [_single(draw), _null(draw), _pairs(draw), _strange(draw), _poor(draw)]
-    shares = (30, 15, 8, 6, 4)  # of 63 cases at the start of a study
+    groups = [_single(draw), _null(draw), _pairs(draw), _strange(draw), _poor(draw), _changed(draw), _two_logs(draw)]
+    shares = (29, 12, 8, 6, 6, 8, 4)  # of 73 cases at the start of a study
     forms = [[form for _ in range(0, len(rows), len(FORMS)) for form in draw.permutation(FORMS)] for rows in groups]
     ranked = sorted(((k + 0.5) / share, g, k) for g, (rows, share) in enumerate(zip(groups, shares, strict=True)) for k in range(len(rows)))
     return [_named(number, groups[g][k], float(forms[g][k]), known) for number, (_, g, k) in enumerate(ranked)]
@@ -112,7 +114,7 @@ def cases(master_seed: int, known: Mapping[Key, Size]) -> list[Case]:
 def _named(number: int, case: Case, form: float, known: Mapping[Key, Size]) -> Case:
     """With its number and form of friction, and what is hidden in the size that this form and the sensors call for."""
     setting = replace(case.setting, friction_form=form)
-    hidden = tuple(_sized(h, setting, known) for h in setting.hidden)
+    hidden = setting.hidden if case.group == "changed" else tuple(_sized(h, setting, known) for h in setting.hidden)
     return replace(case, name=f"case-{number:04d}", setting=replace(setting, hidden=hidden))
 
 
@@ -142,20 +144,19 @@ TWO_SIDED = ("asymmetric_friction", "gravity", "valve_null_bias", "valve_flow_as
 
 def _case(group: str, draw: np.random.Generator, hidden: Sequence[Hidden], multiple: float, chambers: bool, **changes: object) -> Case:
     setting = Setting(_seed(draw), tuple(hidden), bool(changes.get("jitter", True)), SLIP, chambers)
-    removed = tuple((h.effect, h.where) for h in hidden if h.effect not in STRANGE)
-    fit, holdout = changes.get("fit", FIT), changes.get("holdout", HOLDOUT)
-    return Case("", group, setting, removed, multiple, fit, holdout)  # type: ignore[arg-type]
+    removed = tuple((h.effect, h.where) for h in hidden if h.effect not in STRANGE and group != "changed")
+    fit, holdout, second = changes.get("fit", FIT), changes.get("holdout", HOLDOUT), changes.get("second_fit")
+    return Case("", group, setting, removed, multiple, fit, holdout, second)  # type: ignore[arg-type]
 
 
 def _single(draw: np.random.Generator) -> list[Case]:
     found = []
-    for _ in range(SEEDS):
-        for kinds in ROUNDS:
-            order = draw.permutation(len(PLACES))
-            for turn in range(len(kinds)):
-                for position, k in enumerate(order):
-                    multiple, chambers = kinds[(position + turn) % len(kinds)]
-                    found.append(_case("single", draw, [_hidden(PLACES[k], multiple, draw)], multiple, chambers))
+    for kinds in ROUNDS:
+        order = draw.permutation(len(PLACES))
+        for turn in range(len(kinds)):
+            for position, k in enumerate(order):
+                multiple, chambers = kinds[(position + turn) % len(kinds)]
+                found.append(_case("single", draw, [_hidden(PLACES[k], multiple, draw)], multiple, chambers))
     return found
 
 
@@ -189,4 +190,24 @@ def _poor(draw: np.random.Generator) -> list[Case]:
         for place, kind in POOR:
             hidden = [_hidden(place, 10.0, draw)]
             found.append(_case("look_alike", draw, hidden, 10.0, False, fit=(kind, 9.0), holdout=("multisine", 6.0)))
+    return found
+
+
+def _changed(draw: np.random.Generator) -> list[Case]:
+    """Numbers that the rig file has, worn or dirty: `multiple` times what is stated."""
+    found = []
+    while len(found) < CHANGED:
+        for k in draw.permutation(len(CHANGEABLE)):
+            times = draw_times(CHANGEABLE[k], draw)
+            hidden = [Hidden(*CHANGEABLE[k], times * stated(CHANGEABLE[k]))]
+            found.append(_case("changed", draw, hidden, times, len(found) % 2 == 1))
+    return found[:CHANGED]
+
+
+def _two_logs(draw: np.random.Generator) -> list[Case]:
+    """Single effects at 3 and 10 times, with two logs to fit."""
+    found = []
+    for n, k in enumerate(draw.permutation(len(PLACES))[:TWO_LOGS]):
+        multiple, chambers = ROUNDS[0][n % len(ROUNDS[0])]
+        found.append(_case("two_logs", draw, [_hidden(PLACES[k], multiple, draw)], multiple, chambers, second_fit=SECOND_FIT))
     return found

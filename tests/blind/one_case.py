@@ -22,11 +22,13 @@ from config.whole_file import replaced_when_done
 from gap.find import find
 from gap.search.settings import Settings
 from tests.blind.baselines import baselines
-from tests.blind.cases import RIG, Case
+from tests.blind.cases import Case
+from tests.blind.changed_numbers import RIG
 from tests.blind.shipped_maneuver import record_shipped
 from tests.blind.truth.session import record
 
 BESIDE = ("maneuvers", "loop.py", "report/report.py", "report/naming_record.py")  # of gap/, left out of the version
+SECOND_TAKE = 4  # after those of a proposed maneuver
 CHAMBER = "resolution: 0.7 psi, noise: 7.5 psi, bandwidth: 500 Hz, low: 0 psi, high: 3000 psi"
 
 
@@ -93,8 +95,12 @@ def _searched(case: Case, folder: Path, settings: Settings) -> dict[str, Any]:
     fit, holdout = folder / "fit.csv", folder / "holdout.csv"
     for take, (path, (kinds, duration_s)) in enumerate(((fit, case.fit), (holdout, case.holdout))):
         record(rig, case.setting, kinds, duration_s, take, path)
+    fits = [fit]
+    if case.second_fit:
+        fits.append(folder / "second_fit.csv")
+        record(rig, case.setting, *case.second_fit, SECOND_TAKE, fits[-1])
     start, processor = time.monotonic(), time.process_time()
-    result = search_files(folder / "rig.yaml", [fit], [holdout], folder / "out", settings)
+    result = search_files(folder / "rig.yaml", fits, [holdout], folder / "out", settings)
     result |= {"seconds": round(time.monotonic() - start, 1), "finder": _DIGEST, "date": f"{datetime.now(UTC):%Y-%m-%d %H:%M}"}
     result["processor_s"] = round(time.process_time() - processor, 1)
     result["baselines"] = baselines(folder / "rig.yaml", fit, holdout, result)

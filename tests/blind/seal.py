@@ -35,14 +35,20 @@ def seal(folder: Path, cases: Sequence[Case], master_seed: int) -> str:
     return digest
 
 
-def published(folder: Path) -> tuple[str, str]:
+def sealed_in(folder: Path) -> Path:
+    """Where the answers of a study lie: with its results or, where several searches run the same cases, in the folder above."""
+    return folder if (folder / HASH).exists() else folder.parent
+
+
+def published(study: Path) -> tuple[str, str]:
     """The published hash, and when it was sealed."""
-    first, second = (folder / HASH).read_text().splitlines()[:2]
+    first, second = (sealed_in(study) / HASH).read_text().splitlines()[:2]
     return first.split()[0], second
 
 
-def unseal(folder: Path) -> list[Case]:
+def unseal(study: Path) -> list[Case]:
     """The answers. BrokenSealError when the file was changed after its hash was published."""
+    folder = sealed_in(study)
     text = (folder / ANSWERS).read_text()
     digest = hashlib.sha256(text.encode()).hexdigest()
     expected, _ = published(folder)

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from config.loading.load import rig_from_text
+from config.loading.load import load_rig, rig_from_text
 from tests.blind.__main__ import STUDY, waiting
 from tests.blind.cases import BY_HAND, FORMS, PLACES, Case, Size, cases, sizes
+from tests.blind.changed_numbers import RIG, stated
 from tests.blind.one_case import finder_digest, rig_text
 from tests.blind.result_file import ALL, ENDED, gather, of_case, results
 from tests.blind.scoring.page import DOCS, write_page
 from tests.blind.seal import published, seal, unseal
+from tests.blind.truth.session import Setting, numbers_of
 
 SIZES = {(*place, form, chambers): Size(0.01, 0.0, 1.0) for place in PLACES for form in FORMS for chambers in (False, True)}
 
@@ -74,7 +77,7 @@ def test_page_shows_hash_counts_and_pictures(study: Path, tmp_path: Path) -> Non
     write_page(study, unseal(study), results(study), docs)
     text = (docs / "results" / "blind.md").read_text()
     assert published(study)[0] in text
-    assert "**40 of 646 cases run**" in text
+    assert f"**40 of {len(unseal(study))} cases run**" in text
     assert "None among the cases run" in text
     assert (docs / "pictures" / "blind_power.png").stat().st_size > 1000
     assert (docs / "pictures" / "blind_confusion.png").stat().st_size > 1000
@@ -105,9 +108,10 @@ def test_sizes_cover_every_place_that_is_scaled() -> None:
 
 
 def test_a_study_that_is_stopped_early_has_run_cases_of_every_kind() -> None:
-    early = cases(5, SIZES)[:63]
+    early = cases(5, SIZES)[:73]
     single = [case for case in early if case.group == "single"]
-    assert Counter(case.group for case in early) == {"single": 30, "null": 15, "pair": 8, "out_of_library": 6, "look_alike": 4}
+    expected = {"single": 29, "null": 12, "pair": 8, "changed": 8, "out_of_library": 6, "look_alike": 6, "two_logs": 4}
+    assert Counter(case.group for case in early) == expected
     assert {case.truth[0] for case in single} == set(PLACES)
     kinds = Counter((case.multiple, case.setting.chambers) for case in single)
     assert set(kinds) == {(3.0, False), (3.0, True), (10.0, False), (10.0, True)}
@@ -118,7 +122,31 @@ def test_a_study_that_is_stopped_early_has_run_cases_of_every_kind() -> None:
 def test_every_effect_is_hidden_in_every_size_with_and_without_chamber_pressures() -> None:
     single = [case for case in cases(5, SIZES) if case.group == "single"]
     found = Counter((case.truth[0], case.multiple, case.setting.chambers) for case in single)
-    assert found == {(place, multiple, chambers): 3 for place in PLACES for multiple in (1.0, 3.0, 10.0) for chambers in (False, True)}
+    kinds = [(multiple, chambers) for multiple in (3.0, 10.0) for chambers in (False, True)] + [(1.0, True)]
+    assert found == {(place, *kind): 1 for place in PLACES for kind in kinds}
+
+
+def test_a_changed_number_stays_in_the_rig_file_and_is_another_in_the_machine() -> None:
+    rig = load_rig(RIG).rig
+    plain = numbers_of(rig, Setting(1, jitter=False))
+    for case in cases(5, SIZES):
+        if case.group == "changed":
+            (hidden,) = case.setting.hidden
+            assert rig_text(replace(case, setting=replace(case.setting, chambers=False))) == load_rig(RIG).text
+            assert case.multiple == pytest.approx(hidden.value / stated((hidden.effect, hidden.where)))
+            assert max(case.multiple, 1.0 / case.multiple) >= 2.0
+            there = numbers_of(rig, replace(case.setting, jitter=False))
+            (key,) = (key for key in plain if there[key] != plain[key] and key != "friction_form")
+            assert key.startswith(hidden.where)
+            assert there[key] / plain[key] == pytest.approx(case.multiple)
+
+
+def test_two_searches_share_the_answers_above_their_folders(tmp_path: Path) -> None:
+    drawn = cases(5, SIZES)
+    seal(tmp_path, drawn, 5)
+    (tmp_path / "evidence").mkdir()
+    assert unseal(tmp_path / "evidence") == drawn
+    assert published(tmp_path / "evidence") == published(tmp_path)
 
 
 def test_sizes_are_those_of_the_case_s_own_friction_and_sensors() -> None:

@@ -52,10 +52,10 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=940_000, help="of the first case (default %(default)s)")
     arguments = parser.parse_args()
     every = list(cases(arguments.rounds, arguments.seed))
+    if not (arguments.folder / HASH).exists():
+        seal(arguments.folder, every, arguments.seed)
     for decide in ("gates", "evidence"):
-        if not (arguments.folder / decide / HASH).exists():
-            seal(arguments.folder / decide, every, arguments.seed)
-        (arguments.folder / decide / ENDED).mkdir(exist_ok=True)
+        (arguments.folder / decide / ENDED).mkdir(parents=True, exist_ok=True)
     for case in every:
         for decide in ("gates", "evidence"):
             study = arguments.folder / decide

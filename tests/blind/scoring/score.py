@@ -11,6 +11,7 @@ from tests.blind.cases import Case
 Name = tuple[str, str]
 QUIET = ("no_gap", "parameter_mismatch")
 CLOSED = 1.2  # noise floors
+NEW_VALUE_WITHIN = 0.1  # of a changed number, relative
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,4 +77,6 @@ def right(score: Score) -> bool:
         return not score.wrong and not score.refused
     if score.case.group == "out_of_library":
         return score.flagged and not score.wrong_confirmed
+    if score.case.group == "changed":
+        return score.in_set and score.parameter_error is not None and score.parameter_error <= NEW_VALUE_WITHIN
     return score.all_named if score.case.group == "pair" else score.in_set

@@ -44,6 +44,7 @@ EFFECTS: Mapping[str, Mapping[str, str]] = {
 }
 ADDED = ("valve_null_bias", "payload_error", "link_damping_error", "sensor_offset")  # onto what the machine has
 STANDARD_GRAVITY = 9.80665
+RATED_FLOW = "rated_flow"  # of a valve: no entry of the contract's effects, a number of the plant
 
 # effect no library has → the numbers it sets, at its plain size
 STRANGE: Mapping[str, Mapping[str, float]] = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from config.schema.rig import Rig
 from config.whole_file import replaced_when_done
-from tests.blind.truth.effects import ADDED, EFFECTS, STANDARD_GRAVITY, STRANGE
+from tests.blind.truth.effects import ADDED, EFFECTS, RATED_FLOW, STANDARD_GRAVITY, STRANGE
 from tests.blind.truth.friction import SLIP
 from tests.blind.truth.measure import CHANNELS, Array, Sensors, Servo, run
 from tests.blind.truth.nominal import Numbers, jittered, machine, nominal
@@ -50,9 +50,18 @@ def numbers_of(rig: Rig, setting: Setting) -> Numbers:
     for item in setting.hidden:
         if item.effect in STRANGE:
             _put_strange(numbers, item)
+        elif item.effect == RATED_FLOW:
+            _put_rated_flow(rig, numbers, item)
         elif not item.where.startswith("sensor:"):
             _put(numbers, item)
     return numbers
+
+
+def _put_rated_flow(rig: Rig, numbers: Numbers, item: Hidden) -> None:
+    """A valve whose orifices are worn or clogged, as its rated flow tells."""
+    assert rig.plant is not None
+    valve = rig.plant.joints[item.where].valve  # type: ignore[union-attr]
+    numbers[f"{item.where}.flow"] = nominal(rig)[f"{item.where}.flow"] * item.value / valve.rated_flow_m3_per_s
 
 
 def _put(numbers: Numbers, item: Hidden) -> None:
