@@ -21,6 +21,8 @@ _ADVICE = {
     errno.EACCES: _RIGHTS,
     errno.EPERM: _RIGHTS,
     errno.EROFS: "Nothing can be written there: choose another place.",
+    errno.EEXIST: "A file has this name: choose another one; `ls {folder}` shows what is there.",
+    errno.ENOTDIR: "A file stands where a folder is needed: `ls {folder}` shows what is there.",
     errno.ENOENT: "Check the path: `ls {folder}` shows what is there.",
 }
 

@@ -30,7 +30,7 @@ _HEAD = """\
 
 Generated from the checks' declarations (`daemon/checks/declared`) by `python -m daemon.checks_reference`; do not edit.
 
-`longreach why` shows every check with value, limit, unit, source and age. The same checks run in every
+`longreach why --all` shows every check with value, limit, unit, source and age. The same checks run in every
 cycle: one that fails has its reaction in that cycle. When several fail, the most severe reaction wins. Of one
 reaction the first in the order of this page is named: causes before consequences. A missing number (NaN)
 fails. A check exists for every signal, joint or device for which the rig file sets a limit. Names in capitals

@@ -152,7 +152,7 @@ class LockstepRig:
         self.until(lambda: self.mode is not Mode.ARMING)
         if self.mode is not Mode.HOLDING:
             failed = [check.sentence(self.loop.values) for check in self.loop.keeper.checks if not check.passes(self.loop.values)]
-            raise DaemonError("arming was refused", value=self.mode.name.lower(), next_step=(failed or [self.loop.keeper.why_fault])[0])
+            raise DaemonError(f"arming was refused: {(failed or [self.loop.keeper.why_fault])[0]}")
 
     def start(self, params: Mapping[str, Any]) -> int:
         """Ask for a run, with no countdown unless `params` say so; returns its number."""

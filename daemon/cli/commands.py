@@ -29,7 +29,9 @@ COMMANDS = (
     Command("check", "operate.check_command:options", "check a rig file, with no hardware"),
     Command("new-rig", "rigs.new_rig_command:options", "write a rig file for one hydraulic axis from its data sheets"),
     Command("status", "operate.status_commands:status_options", "what the daemon and the arm are doing now"),
-    Command("why", "operate.why_command:options", "why the arm will not move: every check with value, limit, unit, source and age"),
+    Command(
+        "why", "operate.why_command:options", "why the arm will not move: the checks that fail, with value, limit, unit, source and age"
+    ),
     Command("maneuvers", "operate.status_commands:maneuvers_options", "the maneuvers that this rig can run"),
     Command("events", "operate.status_commands:events_options", "mode changes, commands, interlocks and faults since the daemon started"),
     Command("arm", "operate.arm_commands:arm_options", "run the arming checks and hold the present position"),

@@ -1,14 +1,15 @@
-"""`why`: why the arm will not move, now or at a moment of a recording."""
+"""`why`: why the arm will not move, now or at a moment of a recording. What passes is shown where it is asked for."""
 
 from __future__ import annotations
 
 import argparse
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option, connect
-from daemon.cli.shown.check_table import checks_lines
+from daemon.cli.shown.check_table import checks_lines, standing
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
+from daemon.server.stated_values import Units
 
 if TYPE_CHECKING:
     from recording.files.reader import Log
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", nargs="?", metavar="LOG.mcap", help="ask a recording instead of the daemon")
     parser.add_argument("--at", type=float, metavar="S", help="moment of the recording, column t_s (default: its end)")
+    parser.add_argument("--all", action="store_true", help="show every check and not only those that fail or warn")
     add_si_option(parser)
     add_json_option(parser)
     parser.set_defaults(run_command=_why)
@@ -32,9 +34,18 @@ def _why(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"ready": not failed, "checks": checks}))
         return 1 if failed else 0
-    print("\n".join(checks_lines(checks, units)))
-    print(f"{len(failed)} of {len(checks)} checks stand in the way" if failed else "nothing stands in the way: `longreach arm`")
+    _print_checks(arguments, checks, units)
+    all_of_them = "" if arguments.all else "; `longreach why --all` shows every check"
+    if failed:
+        print(f"{len(failed)} of {len(checks)} checks {'stands' if len(failed) == 1 else 'stand'} in the way{all_of_them}")
+    else:
+        print(f"nothing stands in the way: `longreach arm`{all_of_them}")
     return 1 if failed else 0
+
+
+def _print_checks(arguments: argparse.Namespace, checks: list[dict[str, Any]], units: Units) -> None:
+    shown = [check for check in checks if arguments.all or standing(check) is not True]
+    print("".join(f"{line}\n" for line in checks_lines(shown, units)), end="")
 
 
 def _why_then(arguments: argparse.Namespace) -> int:
@@ -54,7 +65,10 @@ def _why_then(arguments: argparse.Namespace) -> int:
         print(json.dumps(found))
         return 1 if failed else 0
     print(f"t {moment.t_s:.3f} s, cycle {moment.cycle}: {moment.mode.name.lower()}")
-    print("\n".join(checks_lines(moment.checks, {} if arguments.si else units_of_checks(log, moment.checks))))
+    known = [check for check in moment.checks if arguments.all or check["ok"] is not None]
+    _print_checks(arguments, known, {} if arguments.si else units_of_checks(log, moment.checks))
+    if not failed:
+        print(f"no check that is in the log failed then{'' if arguments.all else '; --all shows every check'}")
     for event in moment.events:
         text = event.text if arguments.si else sentences_of(log).text(event.text)
         print(f"{event.t_s:10.3f} s  {event.name:<20} {text}")

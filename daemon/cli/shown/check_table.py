@@ -22,15 +22,16 @@ def checks_lines(checks: list[dict[str, Any]], units: Units | None = None) -> li
     `ok` is None for what nobody knows any more (a moment of a log).
     """
     lines = []
-    for check in sorted(checks, key=lambda each: _ORDER[_standing(each)]):
-        standing = _standing(check)
-        lines.append(f"{coloured(*_MARKS[standing])} {check['name']:<{_NAME_WIDTH}} {_numbers(as_stated(check, units or {}))}")
-        if standing in (False, "warning"):
+    for check in sorted(checks, key=lambda each: _ORDER[standing(each)]):
+        stands = standing(check)
+        lines.append(f"{coloured(*_MARKS[stands])} {check['name']:<{_NAME_WIDTH}} {_numbers(as_stated(check, units or {}))}")
+        if stands in (False, "warning"):
             lines += [f"    {check[line]}" for line in ("next_step", "page") if check.get(line)]
     return lines
 
 
-def _standing(check: dict[str, Any]) -> bool | str | None:
+def standing(check: dict[str, Any]) -> bool | str | None:
+    """False: failed; "warning"; True: passed; None: nobody knows any more."""
     return "warning" if check["ok"] and check.get("severity") == "warning" else check["ok"]
 
 

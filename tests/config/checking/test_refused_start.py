@@ -58,7 +58,9 @@ def test_the_daemon_says_what_check_says_and_does_not_start(
     assert told.startswith("bench.yaml:")
     assert message in told
     assert supervisor.main(["bench.yaml", "--runtime-dir", "run", "--log-dir", "logs"]) == 1
-    assert capsys.readouterr().err == f"longreachd: {told}\n"
+    said = capsys.readouterr().err
+    assert said.startswith(f"longreachd: {told}\nnext: longreach")
+    assert said.count("\n") == 2
     assert [path.name for path in tmp_path.iterdir()] == ["bench.yaml"]
 
 

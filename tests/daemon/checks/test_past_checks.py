@@ -75,8 +75,13 @@ def test_the_command_line(faulty: tuple[Path, float], capsys: pytest.CaptureFixt
     assert main(["why", str(path), "--at", f"{t_s:.6f}"]) == 1
     shown = capsys.readouterr().out
     assert "NO  rotary position rate" in shown
-    assert "?   disk space" in shown
+    assert "ok " not in shown
+    assert "?   disk space" not in shown
     assert "fault" in shown.splitlines()[-1]
+    main(["why", str(path), "--at", f"{t_s:.6f}", "--all"])
+    every = capsys.readouterr().out
+    assert "ok  rotary travel" in every
+    assert "?   disk space" in every
     assert main(["why", str(path), "--at", f"{t_s - 0.1:.6f}", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["mode"] == "running"
 
@@ -101,9 +106,9 @@ def test_calibrations_are_judged_by_the_time_of_the_log(tmp_path: Path, last_day
 
 def test_the_command_line_shows_the_units_of_the_logs_rig_file(faulty: tuple[Path, float], capsys: pytest.CaptureFixture[str]) -> None:
     path, t_s = faulty
-    main(["why", str(path), "--at", f"{t_s:.6f}"])
+    main(["why", str(path), "--at", f"{t_s:.6f}", "--all"])
     shown = capsys.readouterr().out
-    main(["why", str(path), "--at", f"{t_s:.6f}", "--si"])
+    main(["why", str(path), "--at", f"{t_s:.6f}", "--all", "--si"])
     si = capsys.readouterr().out
     for name, unit, stated in (("rotary.supply_pressure limit", "Pa", "psi"), ("rotary travel", "rad", "deg")):
         (line,), (si_line,) = ([row for row in text.splitlines() if row[4:].startswith(name)] for text in (shown, si))
