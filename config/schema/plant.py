@@ -157,7 +157,7 @@ def _wrong_places(effects: tuple[EffectEntry, ...], plant: dict[str, Any]) -> It
         joint = plant["joints"].get(entry.where)
         if joint:
             yield from (f"{label} {what}" for what in entry.obstacles(joint))
-        if entry.where in ("supply", "link") and not plant.get(entry.where):
+        if entry.where in ("supply", "link") and plant.get(entry.where, ...) is None:  # one with a problem of its own is not in `plant`
             yield f"{label} needs the section plant.{entry.where}"
         if (entry.effect, entry.where) in seen:
             yield f"{label} is there twice"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import shlex
 import time
 from pathlib import Path
 
@@ -25,7 +26,8 @@ class RuntimeLock:
             directory.mkdir(parents=True, exist_ok=True)
             self.descriptor = os.open(directory / LOCK_NAME, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o640)
         except OSError as error:
-            advice = "Give a directory this user may write with --runtime-dir."
+            folder = next((each for each in directory.parents if each.is_dir()), directory)
+            advice = f"Give a directory this user may write with --runtime-dir: `ls -ld {shlex.quote(str(folder))}` shows who may."
             raise DaemonError(
                 "the runtime directory cannot be used", value=error.strerror, where=str(directory), next_step=advice
             ) from error

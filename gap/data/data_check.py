@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,7 +29,11 @@ _BLOCK_S = 0.5
 def refuse_pairing(fit: Sequence[Measured], holdout: Sequence[Measured]) -> None:
     """The decision needs data that was not fitted. LogError when there is none."""
     if not holdout:
-        advice = "Log a second, different maneuver and give it with --holdout: a gap that only closes on the fitted log proves nothing."
+        folder = shlex.quote(str(fit[0].path.parent))
+        advice = (
+            "Log a second, different maneuver and give it with --holdout: a gap that only closes on the fitted log proves nothing. "
+            f"`longreach runs {folder}` lists what there is."
+        )
         raise LogError("there is no hold-out log", value="one log", limit="two", where=str(fit[0].path), next_step=advice)
     for log in holdout:
         for other in fit:

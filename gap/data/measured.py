@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -92,7 +93,8 @@ def _log_columns(path: Path, rig: Rig) -> dict[str, Array]:
     log = read_log(path)
     if log.layout.joint_names != tuple(rig.joints):
         names = f"{', '.join(log.layout.joint_names)} instead of {', '.join(rig.joints)}"
-        raise LogError("the log has other joints than the rig", value=names, where=str(path), next_step="Give the rig this log is from.")
+        advice = f"Give the rig this log is from: `longreach log info {shlex.quote(str(path))}` names it."
+        raise LogError("the log has other joints than the rig", value=names, where=str(path), next_step=advice)
     return {name: np.asarray(values, dtype=np.float64) for name, values in log.columns.items()}
 
 

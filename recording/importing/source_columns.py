@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 import numpy as np
 
 from config.errors import LogError, UnitError
@@ -57,7 +59,8 @@ def _joints_named_in(table: SourceTable) -> tuple[str, ...]:
         return joints
     known = [field.name for field in CycleLayout(("rotary", "prismatic")).fields]
     seen = ", ".join(name + nearest_text(name, known) for name in list(table.columns)[:12])
-    advice = "Name the columns as in a log (t_s, rotary.position, rotary.command_V, ...), or give a map with --map; --suggest proposes one."
+    propose = f"`longreach import {shlex.quote(str(table.path))} --suggest` proposes one"
+    advice = f"Name the columns as in a log (t_s, rotary.position, rotary.command_V, ...), or give a map with --map; {propose}."
     raise LogError("no column of the table is a joint's position or command", value=seen, where=str(table.path), next_step=advice)
 
 

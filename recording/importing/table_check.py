@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,7 +19,8 @@ def usable(table: SourceTable, columns: dict[str, Floats], joints: tuple[str, ..
     """The columns without rows in which time, a position or a command is empty, and a sentence for each that was. LogError with the
     table's line for the first thing that makes the data unusable."""
     if "t_s" not in columns:
-        advice = "A column t_s (seconds) is needed; a map can name another column for it; --suggest proposes one."
+        propose = f"`longreach import {shlex.quote(str(table.path))} --suggest` proposes one"
+        advice = f"A column t_s (seconds) is needed; a map can name another column for it; {propose}."
         raise LogError("the table has no time", where=str(table.path), next_step=advice)
     needed = [f"{joint}.{name}" for joint in joints for name in _NEEDED if f"{joint}.{name}" in columns]
     if not needed:

@@ -184,7 +184,8 @@ def test_a_daemon_that_may_not_write_its_places_says_which(closed: Path, tmp_pat
     said = refusal([*UNPRIVILEGED, *DAEMON, "ornl_testbed", *(word for pair in places.items() for word in pair)])
     assert f"longreachd: {closed / 'below'}" in said
     assert "Permission denied" in said
-    assert said.count("\n") == 1  # one sentence
+    assert said.count("\n") == 2  # one sentence, and the command to type next
+    assert "\nnext: ls -ld " in said
 
 
 @pytest.mark.slow

@@ -73,6 +73,9 @@ def section(annotation: type[T], content: dict[str, Any], where: str) -> T:
 def of_word(arguments: argparse.Namespace) -> DeviceLinks:
     """What WHERE and the settings beside it mean."""
     kind, colon, rest = arguments.where.partition(":")
+    if re.fullmatch(r"v?s?l?can\d+", arguments.where):
+        bus = f"socketcan:{arguments.where}"
+        raise ConfigError("a CAN bus is INTERFACE:CHANNEL", value=arguments.where, next_step=f"Write {bus}.", mend={arguments.where: bus})
     if not colon or arguments.where.endswith((".yaml", ".yml")):
         return _of_rig(arguments.where)
     if kind == "tcp":

@@ -39,7 +39,7 @@ def test_once_the_lines_of_a_file_are_mended_the_same_command_is_next(tmp_path: 
     path.write_text(path.read_text().replace("payload: 45 lb", "payload: 45 psi"))
     assert main(["check", str(path)]) == 1
     said = capsys.readouterr().err
-    assert "problems in" in said
+    assert "2 problems in" in said  # effects of the link have none of their own
     assert said.splitlines()[-1] == f"next: longreach check {path}"
 
 
@@ -114,6 +114,7 @@ def test_maneuver_outside_the_workspace_moves_nothing(tmp_path: Path, capsys: py
         (["identify", "--band", "1 Hz"], "Give 2, or leave --band out", "longreach identify"),
         (["warm-up", "--hours", "90"], "(limit: 0.5 to 24 h)", "longreach warm-up --hours 24"),
         (["new-driver", "My-Gauge"], "not usable as the name", "longreach new-driver my_gauge"),
+        (["device", "scan", "can0"], "a CAN bus is INTERFACE:CHANNEL", "longreach device scan socketcan:can0"),
         (["device", "options", "modbuss"], "nearest is 'modbus", "longreach device options modbus"),
         (
             ["gap", "loop", "--rig", "a.yaml", "--truth-rig", "force_axis", "--log", "a.mcap"],
