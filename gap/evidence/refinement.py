@@ -25,7 +25,7 @@ _DAMPINGS = (0.0, 1.0, 10.0, 1e2, 1e3, 1e4)  # Levenberg-Marquardt, times the pr
 _ENOUGH = 0.3  # of ln p: a step that gains less ends the fit
 FEW_PASSES, MOST_PASSES = 2, 8  # of fits with sensitivities taken anew: before it is known that a fit is worth more, and at most
 _MAGNITUDES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # in standard deviations of the logarithm
-_SETTLED = 2.0  # of ln Z: a pass that gains less was the last
+_SETTLED = 2.0  # of ln Z: a descent with fresh sensitivities that gains less was the last
 
 
 def point_of(seen: Seen, model: Model, discrepancy: Discrepancy, known: Sequence[Array] = ()) -> Point:
@@ -89,16 +89,17 @@ def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hy
 
 
 def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> Hypothesis:
-    """The fit with sensitivities of its own, taken anew until its evidence settles, or for some passes. What older ones made of the
-    evidence counts for nothing."""
-    best = hypothesis_of(seen, suspects, descended(seen, renewed(seen, point)))
-    for _ in range(passes - 1):
-        found = hypothesis_of(seen, suspects, descended(seen, renewed(seen, best.at)))
-        gained = found.log_z - best.log_z
-        best = found if gained > 0.0 else best
-        if gained < _SETTLED:
+    """The fit with sensitivities of its own, taken anew until a descent with fresh ones gains next to nothing, or for some passes. What
+    older ones made of the evidence counts for nothing."""
+    best = None
+    for _ in range(passes):
+        fresh = hypothesis_of(seen, suspects, renewed(seen, best.at if best else point))
+        found = hypothesis_of(seen, suspects, descended(seen, fresh.at))
+        best = max(filter(None, (best, fresh, found)), key=lambda h: h.log_z)
+        if found.log_z < fresh.log_z + _SETTLED:
             return replace(best, ended=True)
-    return best if passes < MOST_PASSES else replace(best, ended=True)
+    assert best is not None
+    return replace(best, ended=passes >= MOST_PASSES)
 
 
 def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
