@@ -48,8 +48,8 @@ def as_fit(hypothesis: Hypothesis, experiments: Sequence[Experiment], costs: Cos
 
 
 def half_width(seen: Seen, hypothesis: Hypothesis) -> Array:
-    """95 % of the posterior, of every free number in its unit."""
-    sd = np.sqrt(np.diag(np.linalg.inv(posterior(replace(seen, counts=1.0), hypothesis.at).precision)))
+    """95 % of the posterior, of every free number in its unit; logs count as they do for the names (ζ)."""
+    sd = np.sqrt(np.diag(np.linalg.inv(posterior(seen, hypothesis.at).precision)))
     return np.asarray(1.96 * sd * hypothesis.model.scales * stretch(hypothesis.model))
 
 
