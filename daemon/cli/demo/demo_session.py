@@ -18,6 +18,7 @@ from daemon.server.protocol import Client
 
 _START_LIMIT_S = 90.0  # the first start on a machine compiles the simulation kernel
 _END_LIMIT_S = 20.0
+_MODE_LIMIT_S = 10.0
 
 Show = Callable[[dict[str, Any]], None]
 
@@ -40,25 +41,28 @@ def _one_run(client: Client, request: Mapping[str, Any], show: Show) -> Path:
     result = wait_for(client, run["run"], show)
     log = Path(client.call("status")["log"]["path"])
     client.call("disarm")
-    _until_mode(client, "disarmed", show)
     if result["validity"] != "valid":
         raise DaemonError(
             "a demo run is not valid", value=result.get("reason", ""), where=str(log), next_step=f"See `longreach log info {log}`."
         )
+    _until_mode(client, "disarmed", show)
     return log
 
 
 def _until_mode(client: Client, mode: str, show: Show) -> None:
     """Wait for a mode; the limit is generous because arming includes settling."""
-    limit = time.monotonic() + 10.0
+    limit = time.monotonic() + _MODE_LIMIT_S
     while time.monotonic() < limit:
         status = client.call("status")
         show(status)
         if status["mode"] == mode:
             return
+        if status["mode"] == "fault":
+            break
         time.sleep(0.05)
+    fault = status.get("fault") or {"text": ""}
     raise DaemonError(
-        "the daemon did not change its mode", value=status["mode"], limit=f"{mode} within 10 s", next_step="Run `longreach why`."
+        "the daemon did not change its mode", value=status["mode"], limit=f"{mode} within {_MODE_LIMIT_S:g} s", next_step=fault["text"]
     )
 
 

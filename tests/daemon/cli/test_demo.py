@@ -8,7 +8,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -19,6 +19,7 @@ from daemon.cli.demo.demo_runs import DemoRuns
 from daemon.cli.main import main
 from daemon.host import wake_ups
 from daemon.host.wake_ups import Machine, Wishes
+from daemon.server.protocol import Client
 from recording.files.reader import read_log
 
 WISHES = Wishes(rate_Hz=1000.0, spin_s=150e-6, priority=80, cpu=None, window_s=1.0, stop_after=20, fault_late_s=0.05)
@@ -74,6 +75,31 @@ def test_a_spoiled_run_and_the_rest_are_made_in_lockstep(tmp_path: Path, monkeyp
     assert "20 overruns" in runs.spoiled["jog"]
     assert any("20 overruns" in line for line in said.lines)
     assert all(read_log(log).complete for log in runs.logs.values())
+
+
+class Faulty:
+    """A daemon whose run ends in a fault, which stays through a disarm."""
+
+    def call(self, method: str, **params: Any) -> dict[str, Any]:
+        if method == "status":
+            return {"mode": "fault" if self.started else "holding", "log": {"path": "a.mcap"}, "fault": {"text": STALL}}
+        self.started = self.started or method == "start"
+        return {"run": 1, "validity": "invalid", "reason": f"fault: {STALL}"}
+
+    started = False
+
+
+STALL = "loop stall (loop): 0.0507 s (limit ≤ 0.05 s)."
+
+
+def test_a_run_that_ends_in_a_fault_is_told_with_the_fault_and_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("daemon.cli.demo.demo_session.time.sleep", lambda seconds: pytest.fail("it waits for a mode that does not come"))
+    with pytest.raises(DaemonError, match="a demo run is not valid: fault: loop stall"):
+        demo_session._one_run(cast(Client, Faulty()), {}, lambda status: None)
+    client = Faulty()
+    client.started = True
+    with pytest.raises(DaemonError, match=r"did not change its mode: fault .* loop stall"):
+        demo_session._until_mode(cast(Client, client), "disarmed", lambda status: None)
 
 
 def test_a_daemon_that_does_not_end_is_killed_and_told() -> None:
