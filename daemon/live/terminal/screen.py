@@ -8,8 +8,9 @@ import sys
 import termios
 import time
 import tty
-from collections.abc import Iterator
+from collections.abc import Awaitable, Iterator
 from contextlib import contextmanager, suppress
+from typing import TypeVar
 
 from rich.console import Console
 from rich.live import Live
@@ -17,6 +18,8 @@ from rich.live import Live
 from daemon.live.source.feed import Feed
 from daemon.live.source.pending import Pending
 from daemon.live.terminal.glance import Glance
+
+T = TypeVar("T")
 
 PICTURES_HZ = 8.0
 _LEAVE = ("q", "Q", "\x03", "\x04", "")  # Ctrl-C, Ctrl-D, end of input
@@ -40,12 +43,20 @@ async def _watch(pending: Pending) -> bool:
     with _keys() as left, Live(console=console, screen=True, auto_refresh=False) as live:
         while not left.is_set():
             begun = time.monotonic()
-            with suppress(TimeoutError):
-                glance.take(await asyncio.wait_for(pending.take(), 1.0))
+            content = await within(1.0, pending.take())
+            if content:
+                glance.take(content)
             live.update(glance.lines(console.size.height), refresh=True)
-            with suppress(TimeoutError):
-                await asyncio.wait_for(left.wait(), max(0.0, begun + 1.0 / PICTURES_HZ - time.monotonic()))
+            await within(max(0.0, begun + 1.0 / PICTURES_HZ - time.monotonic()), left.wait())
     return True
+
+
+async def within(seconds: float, something: Awaitable[T]) -> T | None:
+    """What comes in time, or None. (wait_for of Python 3.11 swallows a Ctrl-C that comes together with it.)"""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(seconds):
+            return await something
+    return None
 
 
 async def _print_once(pending: Pending) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from daemon.live.terminal.screen import within
 from daemon.server.protocol import Client
 from tests.support.live.lockstep_daemon import lockstep_daemon
 from tests.support.live.terminal import longreach_in_terminal
@@ -60,6 +62,28 @@ def test_the_terminal_is_as_before_when_it_ends(socket: str, key: bytes) -> None
         terminal.lines()
         assert terminal.settings() == terminal.settings_before
         assert terminal.seen.count(ENTER) == terminal.seen.count(LEAVE) == 1
+
+
+def test_ctrl_c_is_heard_when_it_comes_together_with_data() -> None:
+    """The screen stayed until Ctrl-C was pressed again."""
+
+    async def watched() -> bool:
+        data = asyncio.Event()
+
+        async def watch() -> None:
+            while True:
+                await within(5.0, data.wait())
+                data.clear()
+
+        watching = asyncio.create_task(watch())
+        await asyncio.sleep(0.01)
+        data.set()
+        await asyncio.sleep(0)
+        watching.cancel()  # as asyncio.run does at Ctrl-C
+        await asyncio.wait({watching}, timeout=2.0)
+        return watching.cancelled()
+
+    assert asyncio.run(watched())
 
 
 def test_without_a_daemon_it_says_so_and_waits(tmp_path: Path) -> None:
