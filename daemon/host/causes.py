@@ -12,6 +12,9 @@ from daemon.host.host_facts import host
 _CPU = "sys/devices/system/cpu"
 _DEEP_US = 10  # exit latency from which an idle state costs a 1 kHz loop something
 _SLOW_USB_MS = 1
+_PARENT, _PRIORITY, _POLICY = 1, 37, 38  # of the fields behind a process's name in /proc/PID/stat
+_KTHREADD = 2  # the kernel's threads are its children
+_SHOWN = 4  # real-time programs
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +28,7 @@ class Cause:
 
 def causes(root: Path = Path("/"), stolen: float = 0.0) -> list[Cause]:
     """Everything that was looked at. `root`: where proc and sys stand; `stolen`: share of the time that the hypervisor took meanwhile."""
-    looked_at = [*_kernel(), _governor(root), *_real_time_limit(root), *_idle_states(root), _siblings(root)]
+    looked_at = [*_kernel(), _governor(root), *_real_time_limit(root), _real_time_neighbours(root), *_idle_states(root), _siblings(root)]
     return [*looked_at, _hypervisor(root, stolen), *_usb_serial(root)]
 
 
@@ -61,6 +64,24 @@ def _real_time_limit(root: Path) -> Iterator[Cause]:
         return
     advice = f"Pauses of {left_ms} ms? Real-time work fills a processor: give loop.cpu to the loop alone (isolcpus=N), a twin another."
     yield Cause("real-time limit", f"{left_ms} ms of every {int(period) // 1000} ms are kept for other work", advice)
+
+
+def _real_time_neighbours(root: Path) -> Cause:
+    """Programs with a real-time priority beside this one (`man 5 proc`, /proc/PID/stat); the kernel's own threads are none."""
+    found = sorted(one for path in (root / "proc").glob("[0-9]*/stat") if (one := _real_time_program(path)))
+    advice = "While one of them works, a loop of lower priority waits: take it away (chrt -o -p 0 PID), or give loop.cpu to the loop alone."
+    return Cause("real-time programs", ", ".join(found[:_SHOWN]) or "none", advice if found else "")
+
+
+def _real_time_program(stat: Path) -> str:
+    """Name, number and priority of a process that has one; empty for others, and for this one and what it started."""
+    head, _, tail = _text(stat).rpartition(") ")
+    number, _, name = head.partition(" (")
+    fields = tail.split()
+    if len(fields) <= _POLICY or int(fields[_POLICY]) not in (os.SCHED_FIFO, os.SCHED_RR):
+        return ""
+    own, kernel = os.getpid() in (int(number), int(fields[_PARENT])), _KTHREADD in (int(number), int(fields[_PARENT]))
+    return "" if own or kernel else f"{name} (process {number}, priority {fields[_PRIORITY]})"
 
 
 def _idle_states(root: Path) -> Iterator[Cause]:

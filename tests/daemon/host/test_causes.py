@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -61,6 +65,45 @@ def test_each_cause_has_its_value_and_what_to_do(tmp_path: Path) -> None:
 def test_where_nothing_is_wrong_there_is_nothing_to_do(tmp_path: Path, change: dict[str, str], name: str) -> None:
     found = {cause.name: cause for cause in causes(computer(tmp_path, LAPTOP | change))}
     assert found[name].next_step == ""
+
+
+def stat(number: int, name: str, parent: int, priority: int, policy: int) -> dict[str, str]:
+    """As `man 5 proc` has it: the policy is field 41."""
+    fields = ["S", str(parent), *(["0"] * 35), str(priority), str(policy), "0", "0", "0"]
+    return {f"proc/{number}/stat": f"{number} ({name}) {' '.join(fields)}"}
+
+
+def test_programs_with_a_real_time_priority_are_named(tmp_path: Path) -> None:
+    every = LAPTOP | stat(18, "migration/0", 2, 99, os.SCHED_FIFO) | stat(300, "bash", 1, 0, os.SCHED_OTHER)
+    every |= stat(400, "a (b) c", 1, 1, os.SCHED_RR) | stat(401, "of this process", os.getpid(), 80, os.SCHED_FIFO)
+    found = {cause.name: cause for cause in causes(computer(tmp_path, every))}["real-time programs"]
+    assert found.value == "a (b) c (process 400, priority 1)"
+    assert "chrt" in found.next_step
+
+
+ASKS = """
+import os, signal
+try:
+    os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+except PermissionError:
+    pass
+print(os.getpid(), os.sched_getscheduler(0) == os.SCHED_RR, flush=True)
+signal.pause()
+"""
+
+
+def test_a_program_that_asked_for_a_real_time_priority_is_found() -> None:
+    beside = ["sh", "-c", '"$0" -c "$1" & wait', sys.executable, ASKS]  # no child of this process
+    with subprocess.Popen(beside, stdout=subprocess.PIPE, text=True) as shell:
+        assert shell.stdout is not None
+        number, granted = shell.stdout.readline().split()
+        try:
+            found = {cause.name: cause for cause in causes()}["real-time programs"].value
+        finally:
+            os.kill(int(number), signal.SIGKILL)
+    if granted == "False":
+        pytest.skip("this user may not have a real-time priority")
+    assert f"(process {number}, priority 1)" in found
 
 
 def test_a_virtual_machine_says_what_its_host_took(tmp_path: Path) -> None:
