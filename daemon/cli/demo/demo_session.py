@@ -43,7 +43,10 @@ def _one_run(client: Client, request: Mapping[str, Any], show: Show) -> Path:
     client.call("disarm")
     if result["validity"] != "valid":
         raise DaemonError(
-            "a demo run is not valid", value=result.get("reason", ""), where=str(log), next_step=f"See `longreach log info {log}`."
+            "a demo run is not valid",
+            value=str(result.get("reason", "")).rstrip("."),
+            where=str(log),
+            next_step=f"See `longreach log info {log}`.",
         )
     _until_mode(client, "disarmed", show)
     return log
