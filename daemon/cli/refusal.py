@@ -44,7 +44,7 @@ def report(error: LongreachError, words: Sequence[str], arguments: argparse.Name
 
 def next_command(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> str:
     """What the refusal names; else, by its kind, the command that shows more. The same again only once the file it names is mended."""
-    named = _TYPED.search(error.refusal.next_step)
+    named = _TYPED.search(error.refusal.next_step) or _TYPED.search(error.refusal.what)
     if named:
         return named[1]
     if isinstance(error, (DaemonError, DriverError)):
