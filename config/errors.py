@@ -19,9 +19,12 @@ Exit statuses of the command line: 0 done, 1 refused (any LongreachError), 2 wro
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypedDict, Unpack
+
+_TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls) [^`]*)`")
 
 EXIT_REFUSED = 1
 EXIT_USAGE = 2
@@ -53,6 +56,11 @@ class Refusal:
 
     def as_dict(self) -> dict[str, Any]:
         return {key: value for key, value in asdict(self).items() if value}
+
+    def named_command(self) -> str:
+        """The command that the message names in backquotes, its next step's first; empty where it names none."""
+        named = _TYPED.search(self.next_step) or _TYPED.search(self.what)
+        return named[1] if named else ""
 
 
 class Parts(TypedDict, total=False):

@@ -14,7 +14,6 @@ from pathlib import Path
 from config.errors import DaemonError, DriverError, LogError, LongreachError
 from daemon.cli.mended_command import mended_command
 
-_TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls) [^`]*)`")
 _LINE_OF_A_FILE = re.compile(r"\.ya?ml:\d+")
 _MEANT = re.compile(r"(?:'(?P<word>[^']*)'|(?P<key>[\w.]+) is not a key)[^:]*: nearest is '(?P<better>[^']*)'")
 
@@ -44,9 +43,9 @@ def report(error: LongreachError, words: Sequence[str], arguments: argparse.Name
 
 def next_command(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> str:
     """What the refusal names; else, by its kind, the command that shows more. The same again only once the file it names is mended."""
-    named = _TYPED.search(error.refusal.next_step) or _TYPED.search(error.refusal.what)
+    named = error.refusal.named_command()
     if named:
-        return named[1]
+        return named
     if isinstance(error, (DaemonError, DriverError)):
         return "longreach why"
     if isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):

@@ -43,9 +43,9 @@ def main(argv: list[str] | None = None) -> int:
 
 def _next_command(refusal: LongreachError, rig: str) -> str:
     """What the refusal names; the rig that was meant; else the command that says more about the rig file."""
-    named = re.search(r"`((?:longreach|systemctl|df|ls) [^`]*)`", refusal.refusal.next_step)
+    named = refusal.refusal.named_command()
     meant = re.search(r"nearest is '([^']*)'", refusal.refusal.what) if not rig.endswith((".yaml", ".yml")) else None
-    return named[1] if named else f"longreachd {meant[1]}" if meant else f"longreach check {shlex.quote(rig)}"
+    return named or (f"longreachd {meant[1]}" if meant else f"longreach check {shlex.quote(rig)}")
 
 
 def _parser() -> argparse.ArgumentParser:

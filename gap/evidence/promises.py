@@ -48,11 +48,12 @@ def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Susp
     """What every suspect promises beside one start, by what it changes there; the best promises followed along straight lines, which
     promise something without any suspect as well. `level`: as in Open."""
     signatures = signatures_of(search.seen, start, [s for s in suspects if isinstance(s, Candidate)])
-    one_each = first_lines(signatures)
-    signatures += taken_there(search.seen, start, one_each, sizes_shown(search.seen, start, one_each, -search.log_odds))
     alone = start.log_z, followed(search.seen, start).log_z
-    screen = Screen(search.seen, start, signatures)
-    promises = [screen.missing(s) for s in signatures] + [screen.changed(s) for s in suspects if isinstance(s, Changed)]
+    screen, one_each = Screen(search.seen, start, signatures), first_lines(signatures)
+    small = taken_there(search.seen, start, one_each, sizes_shown(screen, one_each, -search.log_odds))
+    beside = Screen(search.seen, start, small)
+    promises = [screen.missing(s) for s in signatures] + [beside.missing(s) for s in small]
+    promises += [screen.changed(s) for s in suspects if isinstance(s, Changed)]
     best: dict[str, Promise] = {}
     for promise in sorted(promises, key=lambda p: p.log_z):
         best[promise.suspect.label] = promise

@@ -55,7 +55,7 @@ def _of_missing(seen: Seen, base: Hypothesis, suspects: Sequence[Candidate], nee
     """Sizes by label, SI; columns taken again where they would just show."""
     lines, sizes = first_lines(signatures_of(seen, base, suspects)), dict[str, float]()
     for left in reversed(range(_ROUNDS)):
-        sizes |= sizes_shown(seen, base, lines, needed)
+        sizes |= sizes_shown(Screen(seen, base, lines), lines, needed)
         lines = taken_there(seen, base, lines, sizes) if left else []
         if not lines:
             break

@@ -28,10 +28,9 @@ from gap.signatures.screen import placed
 _CLOSE = 1.3  # ratio of the size found to the one that its column was taken at, up to which it is proportional
 
 
-def sizes_shown(seen: Seen, base: Hypothesis, lines: Sequence[LinearSignature], needed: float) -> dict[str, float]:
-    """By label, of one signature a suspect: the size of its first parameter from which it would show, SI; infinite beyond its range.
-    `needed`: the gain in ln Z at which a suspect is as probable as not."""
-    screen = Screen(seen, base, lines)
+def sizes_shown(screen: Screen, lines: Sequence[LinearSignature], needed: float) -> dict[str, float]:
+    """By label, of one signature a suspect, which the screen has: the size of its first parameter from which it would show, SI; infinite
+    beyond its range. `needed`: the gain in ln Z at which a suspect is as probable as not."""
     return {s.suspect.label: shown_from(screen, s, needed) * s.suspect.free[first_of(s.suspect)].scale for s in lines}
 
 

@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from config.loading.load import load_rig
 from tests.blind.changed_numbers import CHANGEABLE, draw_times, stated
 from tests.blind.truth.effects import STRANGE
 from tests.blind.truth.friction import BRISTLE, RIGID, SLIP
 from tests.blind.truth.session import Hidden, Setting
 
+RIG = "ornl_testbed"
 FIT, HOLDOUT = ("strokes+multisine", 16.0), ("reversals+stairs", 14.0)
 SECOND_FIT = ("stairs+multisine", 14.0)  # of cases with two logs to fit
 # Sizes and sensors of the single effects: every effect is in turn in each of a round. 3 and 10 times come first: they are asked for.
@@ -195,11 +197,11 @@ def _poor(draw: np.random.Generator) -> list[Case]:
 
 def _changed(draw: np.random.Generator) -> list[Case]:
     """Numbers that the rig file has, worn or dirty: `multiple` times what is stated."""
-    found = []
+    rig, found = load_rig(RIG).rig, []
     while len(found) < CHANGED:
         for k in draw.permutation(len(CHANGEABLE)):
             times = draw_times(CHANGEABLE[k], draw)
-            hidden = [Hidden(*CHANGEABLE[k], times * stated(CHANGEABLE[k]))]
+            hidden = [Hidden(*CHANGEABLE[k], times * stated(rig, CHANGEABLE[k]))]
             found.append(_case("changed", draw, hidden, times, len(found) % 2 == 1))
     return found[:CHANGED]
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from config.loading.load import load_rig
+from config.schema.rig import Rig
 from tests.blind.truth.effects import EFFECTS, RATED_FLOW
 
-RIG = "ornl_testbed"
 # Number and place; how many times as large and as small it may be. Less friction, leakage or hysteresis than half hardly shows, a valve
 # of a third or three times the flow is the most that the servo holds; viscous friction of six times is the plausible range's end.
 LARGEST = {
@@ -20,10 +19,10 @@ CHANGEABLE = tuple(LARGEST)
 LEAST = 2.0
 
 
-def stated(number: tuple[str, str]) -> float:
+def stated(rig: Rig, number: tuple[str, str]) -> float:
     """As the rig file has it, SI."""
     effect, where = number
-    plant = load_rig(RIG).rig.plant
+    plant = rig.plant
     assert plant is not None
     if effect == RATED_FLOW:
         return float(plant.joints[where].valve.rated_flow_m3_per_s)  # type: ignore[union-attr]

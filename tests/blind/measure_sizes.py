@@ -27,8 +27,7 @@ from gap.search.select import least_t
 from gap.search.settings import Settings
 from gap.signatures.candidates import candidates
 from gap.signatures.projection import ConstantsProjection, Probe
-from tests.blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, SIZES, Case
-from tests.blind.changed_numbers import RIG
+from tests.blind.cases import BY_HAND, FIT, HOLDOUT, PLACES, RIG, SIZES, Case
 from tests.blind.one_case import commit, finder_digest, rig_text
 from tests.blind.truth.effects import EFFECTS
 from tests.blind.truth.friction import BRISTLE, RIGID, SLIP

@@ -22,8 +22,7 @@ from config.whole_file import replaced_when_done
 from gap.find import find
 from gap.search.settings import Settings
 from tests.blind.baselines import baselines
-from tests.blind.cases import Case
-from tests.blind.changed_numbers import RIG
+from tests.blind.cases import RIG, Case
 from tests.blind.shipped_maneuver import record_shipped
 from tests.blind.truth.session import record
 

@@ -12,8 +12,8 @@ import pytest
 
 from config.loading.load import load_rig, rig_from_text
 from tests.blind.__main__ import STUDY, waiting
-from tests.blind.cases import BY_HAND, FORMS, PLACES, Case, Size, cases, sizes
-from tests.blind.changed_numbers import RIG, stated
+from tests.blind.cases import BY_HAND, FORMS, PLACES, RIG, Case, Size, cases, sizes
+from tests.blind.changed_numbers import stated
 from tests.blind.one_case import finder_digest, rig_text
 from tests.blind.result_file import ALL, ENDED, gather, of_case, results
 from tests.blind.scoring.page import DOCS, write_page
@@ -133,7 +133,7 @@ def test_a_changed_number_stays_in_the_rig_file_and_is_another_in_the_machine() 
         if case.group == "changed":
             (hidden,) = case.setting.hidden
             assert rig_text(replace(case, setting=replace(case.setting, chambers=False))) == load_rig(RIG).text
-            assert case.multiple == pytest.approx(hidden.value / stated((hidden.effect, hidden.where)))
+            assert case.multiple == pytest.approx(hidden.value / stated(rig, (hidden.effect, hidden.where)))
             assert max(case.multiple, 1.0 / case.multiple) >= 2.0
             there = numbers_of(rig, replace(case.setting, jitter=False))
             (key,) = (key for key in plain if there[key] != plain[key] and key != "friction_form")

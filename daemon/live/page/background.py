@@ -32,7 +32,8 @@ class Background:
             self._worker = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=os.nice, initargs=(_NICE,))
         try:
             job = asyncio.get_running_loop().run_in_executor(self._worker, _refusals_as_answers, work, arguments)
-            answer = await asyncio.wait_for(job, self._limit_s)
+            async with asyncio.timeout(self._limit_s):  # wait_for of Python 3.11 swallows an end that comes together with the answer
+                answer = await job
         except TimeoutError as error:
             self.close()
             raise DaemonError(f"{self._what} takes too long", limit=self._limit_s, unit="s") from error

@@ -27,8 +27,7 @@ from gap.evidence.stages import refitted
 from gap.fitting.nuisance import nuisances
 from gap.search.opening import experiments_of
 from gap.search.settings import Settings
-from tests.blind.cases import FIT, HOLDOUT
-from tests.blind.changed_numbers import RIG
+from tests.blind.cases import FIT, HOLDOUT, RIG
 from tests.blind.truth.friction import BRISTLE, RIGID, SLIP
 from tests.blind.truth.session import Setting, record
 from tests.support.gap import axis_logs

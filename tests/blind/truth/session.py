@@ -44,24 +44,24 @@ class Setting:
 
 def numbers_of(rig: Rig, setting: Setting) -> Numbers:
     """The hidden machine's numbers: wrong constants, then the hidden effects."""
-    numbers = nominal(rig)
-    numbers = jittered(numbers, setting.seed) if setting.jitter else numbers
+    as_stated = nominal(rig)
+    numbers = jittered(as_stated, setting.seed) if setting.jitter else dict(as_stated)
     numbers["friction_form"] = setting.friction_form
     for item in setting.hidden:
         if item.effect in STRANGE:
             _put_strange(numbers, item)
         elif item.effect == RATED_FLOW:
-            _put_rated_flow(rig, numbers, item)
+            _put_rated_flow(rig, as_stated, numbers, item)
         elif not item.where.startswith("sensor:"):
             _put(numbers, item)
     return numbers
 
 
-def _put_rated_flow(rig: Rig, numbers: Numbers, item: Hidden) -> None:
+def _put_rated_flow(rig: Rig, as_stated: Numbers, numbers: Numbers, item: Hidden) -> None:
     """A valve whose orifices are worn or clogged, as its rated flow tells."""
     assert rig.plant is not None
     valve = rig.plant.joints[item.where].valve  # type: ignore[union-attr]
-    numbers[f"{item.where}.flow"] = nominal(rig)[f"{item.where}.flow"] * item.value / valve.rated_flow_m3_per_s
+    numbers[f"{item.where}.flow"] = as_stated[f"{item.where}.flow"] * item.value / valve.rated_flow_m3_per_s
 
 
 def _put(numbers: Numbers, item: Hidden) -> None:

@@ -13,21 +13,17 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from config.loading.load import LoadedRig, rig_from_text
-from gap.data.measured import Array, load
+from gap.data.measured import Array
 from gap.evidence.noise.noise_model import Weighed
-from gap.evidence.opening import opening
 from gap.evidence.score.changed import changeable
 from gap.evidence.screening import LinearSignature, Screen, signatures_of
-from gap.evidence.search_state import EvidenceSearch
-from gap.evidence.stages import refitted
 from gap.evidence.visible_sizes import changed_by, visible_sizes
 from gap.evidence.where_shown import shown_from
 from gap.fitting.model import Model
 from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
 from gap.signatures.candidates import Candidate, candidates
 from tests.support.gap import axis_logs
+from tests.support.gap.constants_fitted import constants_fitted
 
 NEEDED = 2.6  # ln of odds of 1 in 13
 SAMPLES = 60
@@ -101,25 +97,17 @@ def test_a_number_changed_by_that_much_gains_what_it_needs() -> None:
     assert with_it - without == pytest.approx(NEEDED, abs=1e-6)
 
 
-def searched(folder: Path, text: str, true: str) -> EvidenceSearch:
-    """The constants alone fitted to one log of the machine `true`."""
-    loaded = LoadedRig(rig_from_text(text), text, "axis.yaml")
-    logs = [load(axis_logs.write(folder / f"{k}.csv", axis_logs.simulated(rig_from_text(true), 31 + k, 6.0)), loaded.rig) for k in (0, 1)]
-    names, few, _ = experiments_of(loaded, logs[:1], logs[1:], Settings())
-    return refitted(opening(loaded.rig, nuisances(loaded, frozenset(names)), few, names), lambda line: None)
-
-
 @pytest.mark.slow
 def test_a_machine_with_twice_that_size_shows_it_and_one_with_half_does_not(tmp_path: Path) -> None:
     """A dead band, which is not proportional to its size."""
     text = axis_logs.axis_text()
-    search = searched(tmp_path, text, text)
+    search = constants_fitted(tmp_path, text, text)
     suspect = of_axis("valve_deadband")
     (claim,) = visible_sizes(search.seen, search.null, [suspect], NEEDED)
     assert 0.0 < claim.size < 0.02
     for times, shows in ((2.0, True), (0.5, False)):
         line = f"  effects:\n    - {{effect: valve_deadband, where: axis, overlap: {times * claim.size:.6g}}}\n"
-        there = searched(tmp_path, text, text.replace("  effects:\n", line, 1))
+        there = constants_fitted(tmp_path, text, text.replace("  effects:\n", line, 1))
         lines = signatures_of(there.seen, there.null, [replace(suspect)])
         gain = max(Screen(there.seen, there.null, lines).missing(one).log_z for one in lines) - there.null.log_z
         assert (gain > NEEDED) == shows, (times, gain)

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from config.loading.load import LoadedRig, rig_from_text
-from gap.data.measured import load
-from gap.evidence.opening import opening
 from gap.evidence.promises import widened
 from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch
-from gap.evidence.stages import refitted
 from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
-from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
 from gap.signatures.candidates import candidates
 from tests.support.gap import axis_logs
+from tests.support.gap.constants_fitted import constants_fitted
 
 SUSPECT, NEEDED = "valve_deadband at axis", 2.6
 OVERLAP = 0.004
@@ -25,14 +19,9 @@ OVERLAP = 0.004
 @pytest.fixture(scope="module")
 def search(tmp_path_factory: pytest.TempPathFactory) -> EvidenceSearch:
     """The constants alone, fitted to a machine with a dead band that just shows."""
-    folder, text = tmp_path_factory.mktemp("logs"), axis_logs.axis_text()
-    true = rig_from_text(
-        text.replace("  effects:\n", f"  effects:\n    - {{effect: valve_deadband, where: axis, overlap: {OVERLAP}}}\n", 1)
-    )
-    loaded = LoadedRig(rig_from_text(text), text, "axis.yaml")
-    logs = [load(axis_logs.write(folder / f"{k}.csv", axis_logs.simulated(true, 71 + k, 6.0)), loaded.rig) for k in (0, 1)]
-    names, few, _ = experiments_of(loaded, logs[:1], logs[1:], Settings())
-    return refitted(opening(loaded.rig, nuisances(loaded, frozenset(names)), few, names), lambda line: None)
+    text, line = axis_logs.axis_text(), f"    - {{effect: valve_deadband, where: axis, overlap: {OVERLAP}}}"
+    true = text.replace("  effects:\n", f"  effects:\n{line}\n", 1)
+    return constants_fitted(tmp_path_factory.mktemp("logs"), text, true, 71)
 
 
 @pytest.mark.slow
@@ -40,7 +29,7 @@ def test_it_is_tried_at_a_size_that_just_shows_and_promises_more_there(search: E
     suspects = [s for s in candidates(search.rig, search.channels) if s.label == SUSPECT]
     typical = signatures_of(search.seen, search.null, suspects)
     one_each = first_lines(typical)
-    sizes = sizes_shown(search.seen, search.null, one_each, NEEDED)
+    sizes = sizes_shown(Screen(search.seen, search.null, typical), one_each, NEEDED)
     (small,) = taken_there(search.seen, search.null, one_each, sizes)
     assert small.values[0] == pytest.approx(sizes[SUSPECT])
     assert small.values[0] < 0.5 * typical[0].values[0]
