@@ -116,16 +116,18 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
 def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     """The new best set fitted to its end, lest constants on their way sell what is left of it to whatever is added next. Where `before`
     left more than honest models do, constants were torn away: then all sets are weighed anew beside what is integrated out about the
-    new best one, the same for all, and that one is fitted from the rig file's own constants too."""
+    new best one, the same for all, and that one is fitted from the rig file's own constants too. If it is not the best beside that (a link
+    that bends gives every window a start to vibrate from, also to a set whose link is rigid), all stay as they were."""
     best = search.best
     if not np.any(beyond(search.seen, before)):
         return _to_floor(search, best)
     seen = about_fit(search.seen, best)
     fitted = tuple(reweighed(seen, h) for h in search.fitted)
-    search = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
-    there = search.fit_of(best.labels)
-    afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(search, there).at))
-    return _to_floor(search, max(there, afresh, key=_evidence))
+    anew = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
+    there = anew.fit_of(best.labels)
+    afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(anew, there).at))
+    anew = _to_floor(anew, max(there, afresh, key=_evidence))
+    return anew if anew.best.labels == best.labels else _to_floor(search, best)
 
 
 STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)

@@ -24,6 +24,7 @@ from gap.fitting.simulate import remembering, residual, simulate
 from gap.signatures.candidates import Candidate
 
 Suspect = Candidate | Changed
+MOST_HONEST = float(norm.ppf(0.5 + 0.5 * CONFIRMED))  # scales of the discrepancy that CONFIRMED of honest models leave at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +102,15 @@ def about(experiments: Sequence[Experiment], scales: Array, model: Model, counts
 
 
 def about_fit(seen: Seen, fitted: Hypothesis) -> Seen:
-    """The same logs as they are about a fitted set, and as the friction that it leaves lets them count."""
-    return about(seen.experiments, seen.scales, fitted.model, counted(seen.experiments, fitted.at.discrepancy.share))
+    """The same logs as they are about a fitted set, and as what it leaves lets them count."""
+    times = beyond(seen, fitted)
+    excess = 1.0 - (MOST_HONEST / max(float(times.max()), MOST_HONEST)) ** 2
+    return about(seen.experiments, seen.scales, fitted.model, counted(seen.experiments, fitted.at.discrepancy.share, excess))
 
 
-def counted(experiments: Sequence[Experiment], share: float) -> float:
-    """ζ of logs in windows; `share` η of the friction has another form."""
-    return power(sum(len(e.measured) for e in experiments), share)
+def counted(experiments: Sequence[Experiment], share: float, excess: float = 0.0) -> float:
+    """ζ of logs in windows; `share` η of the friction has another form, `excess` of the discrepancy's variance is beyond honest models."""
+    return power(sum(len(e.measured) for e in experiments), share, excess)
 
 
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
@@ -126,9 +129,8 @@ def hypothesis_at(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hy
 
 def beyond(seen: Seen, hypothesis: Hypothesis) -> Array:
     """Of every channel whose discrepancy is larger than what CONFIRMED of honest models leave, how many times its scale; else 0."""
-    most = float(norm.ppf(0.5 + 0.5 * CONFIRMED))  # of a half-normal
     ratio = hypothesis.at.discrepancy.sd / seen.scales
-    return np.where(ratio > most, ratio, 0.0)
+    return np.where(ratio > MOST_HONEST, ratio, 0.0)
 
 
 def strained(seen: Seen, hypothesis: Hypothesis) -> bool:

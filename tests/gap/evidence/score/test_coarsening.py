@@ -28,6 +28,15 @@ def test_friction_of_the_models_own_form_lets_every_window_count() -> None:
     assert counted[1] > 39.99
 
 
+def test_what_acts_unexplained_repeats_in_every_window() -> None:
+    """Where all of the discrepancy is more than honest models leave, logs count as where all friction has another form."""
+    counted = [1000 * power(1000, 0.0, excess) for excess in (0.0, 1e-3, 0.1, 0.9, 1.0)]
+    assert counted == sorted(counted, reverse=True)
+    assert counted[0] == 1000.0
+    assert counted[-1] == pytest.approx(COUNT, rel=3e-3)
+    assert power(40, 0.5, 0.3) < min(power(40, 0.5), power(40, 0.0, 0.3))
+
+
 def test_it_is_the_posterior_of_models_that_may_be_a_distance_away() -> None:
     """Miller and Dunson 2019, sec. 2.3: given that the logs' distribution lies within R of the model's, R exponential with that mean, the
     mean of normal data is as wide as with the power ζ."""
