@@ -98,7 +98,7 @@ def test_friction_of_three_times_its_stated_size_is_found_as_changed(tmp_path: P
     of_all = item["parameters"]["friction"]
     assert of_all["value"] == item["value"]
     assert of_all["ci95"][0] < 61.17 < of_all["ci95"][1]
-    # Two logs that say as much would give 0.71; but the fit log alone leaves no discrepancy, and with the hold-out there is a tenth of the noise.
+    # Two logs that say as much would give 0.71; but the fit log alone leaves no discrepancy, both a tenth of the noise.
     assert half_width(of_all) < half_width(of_all["fit_logs"])
     assert found["gap"]["holdout_all_logs"] == pytest.approx(cost_of_hold_out(tmp_path, rig), rel=0.05)
     page = (tmp_path / "out" / "report.html").read_text()
