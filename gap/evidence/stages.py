@@ -18,7 +18,7 @@ from gap.evidence.lines import joined
 from gap.evidence.promises import at_own_constants, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, about_fit, beyond, reweighed
+from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, Suspect, about_fit, beyond, reweighed
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.fitting.model import Model
@@ -86,14 +86,23 @@ def _less(search: EvidenceSearch, best: Hypothesis, part: Part) -> EvidenceSearc
 
 
 def _rivals_ended(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) -> EvidenceSearch:
-    """Whatever gains half of what the best set has over the rest may be as good when it is fitted as far: a delay, to which no lines lead,
-    beside another one."""
-    half = 0.5 * (best.log_z + rest.log_z)
-    for rival in search.fitted:
-        beside = rest.labels < rival.labels and len(rival.labels) == len(best.labels) and rival.labels != best.labels
-        if beside and not rival.ended and rival.log_z > half:
-            search = _ended(search, rival)
+    """The best set's rivals fitted as far: a delay, to which no lines lead, beside another one."""
+    for rival in _rivals(search, best, rest):
+        search = search if rival.ended else _ended(search, rival)
     return search
+
+
+def _rivals(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) -> list[Hypothesis]:
+    """Sets of as many suspects that gain half of what the best one has over the rest: they may be as good when they are fitted as far."""
+    half = 0.5 * (best.log_z + rest.log_z)
+    beside = [h for h in search.fitted if rest.labels < h.labels and len(h.labels) == len(best.labels) and h.labels != best.labels]
+    return [h for h in beside if h.log_z > half]
+
+
+def _followed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
+    """A set beside what is integrated out now, its numbers fitted to that too."""
+    there = reweighed(seen, hypothesis)
+    return finished(seen, there.suspects, there.at, FEW_PASSES)
 
 
 def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
@@ -121,8 +130,8 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     best = search.best
     if not np.any(beyond(search.seen, before)):
         return _to_floor(search, best)
-    seen = about_fit(search.seen, best)
-    fitted = tuple(reweighed(seen, h) for h in search.fitted)
+    seen, rivals = about_fit(search.seen, best), _rivals(search, best, search.fit_of(before.labels))
+    fitted = tuple(_followed(seen, h) if any(h is r for r in rivals) else reweighed(seen, h) for h in search.fitted)
     anew = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = anew.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(anew, there).at))

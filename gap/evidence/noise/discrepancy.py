@@ -103,8 +103,7 @@ class _Search:
         self._longest_s = max(e.plan.rows * e.plan.period_s for e in experiments)
         self.moving = [c for c in range(len(scales)) if any(t[..., c].any() for t in self._there)]
         times = tuple(t.copy() for t in start.times) or tuple(np.ones((len(t), len(scales))) for t in self._there)
-        share = start.share if self._sizes[1] else 0.0
-        self.found = Discrepancy(start.sd.copy(), start.time_s.copy(), share, times)
+        self.found = replace(start, sd=start.sd.copy(), time_s=start.time_s.copy(), times=times)
         self._parts = [self._of_channel(c, self.found) for c in range(len(scales))]
         self._total = [np.sum([p.grams for p in parts], axis=0) for parts in zip(*self._parts, strict=True)]
         self.value = self._density(self._total, self.found)

@@ -102,10 +102,12 @@ def about(experiments: Sequence[Experiment], scales: Array, model: Model, counts
 
 
 def about_fit(seen: Seen, fitted: Hypothesis) -> Seen:
-    """The same logs as they are about a fitted set, and as what it leaves lets them count."""
-    times = beyond(seen, fitted)
-    excess = 1.0 - (MOST_HONEST / max(float(times.max()), MOST_HONEST)) ** 2
-    return about(seen.experiments, seen.scales, fitted.model, counted(seen.experiments, fitted.at.discrepancy.share, excess))
+    """The same logs as they are about a fitted set, and as what it leaves lets them count. (η is what is expected beforehand, while no set
+    has had a friction that could be of another form.)"""
+    there = about(seen.experiments, seen.scales, fitted.model, seen.counts)
+    share = fitted.at.discrepancy.share if len(there.unknowns[0].forms) else 0.0
+    excess = 1.0 - (MOST_HONEST / max(float(beyond(seen, fitted).max()), MOST_HONEST)) ** 2
+    return replace(there, counts=counted(seen.experiments, share, excess))
 
 
 def counted(experiments: Sequence[Experiment], share: float, excess: float = 0.0) -> float:
