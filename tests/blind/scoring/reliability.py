@@ -1,0 +1,120 @@
+"""`python -m tests.blind.scoring.reliability STUDY [--picture FILE]`: of the names said with a probability, how many were right.
+
+Every name of a study counts once, under whatever verdict, by itself: a look-alike that is right makes no name right. Probabilities are put
+into bins; if they are what they say, the number of right ones in a bin is a sum of coins of these probabilities. `may be`: the 95 %
+interval of a binomial of their mean, a little wider than that sum's. Prints a Markdown table.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from scipy.stats import binom
+
+from config.whole_file import replaced_when_done
+from tests.blind.cases import Case
+from tests.blind.result_file import results
+from tests.blind.scoring.wilson import wilson
+from tests.blind.seal import unseal
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+EDGES = (0.5, 0.8, 0.95, 0.99, 1.0)
+HEAD = "| said with | names | mean of what was said | right | share (95 %) | may be |"
+
+
+@dataclass(frozen=True, slots=True)
+class SaidName:
+    """One name with its probability, and whether it is one of those hidden."""
+
+    probability: float
+    right: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """Names with probabilities in one range. `may_be`: numbers of right ones that are to be expected in 95 of 100 studies."""
+
+    low: float
+    high: float
+    names: int
+    mean: float
+    right: int
+    may_be: tuple[int, int]
+
+    @property
+    def kept(self) -> bool:
+        """Whether as many were right as was said."""
+        return self.may_be[0] <= self.right <= self.may_be[1]
+
+
+def said_names(cases: Mapping[str, Case], found: Mapping[str, Mapping[str, Any]]) -> list[SaidName]:
+    """Of all results, findings and leads; those without a probability (what the values of a log show by themselves) are left out."""
+    said = [(cases[name], item) for name, result in found.items() for item in [*result.get("findings", []), *result.get("leads", [])]]
+    sure = [(case, item) for case, item in said if item.get("probability") is not None]
+    return [SaidName(float(item["probability"]), (item["effect"], item["where"]) in case.truth) for case, item in sure]
+
+
+def bins(names: Sequence[SaidName]) -> list[Bin]:
+    """Names by what was said of them, the least sure first; empty bins are left out."""
+    made = []
+    for low, high in pairwise(EDGES):
+        own = [n for n in names if low <= n.probability < high or (high == EDGES[-1] and n.probability == high)]
+        if own:
+            mean = float(np.mean([n.probability for n in own]))
+            least, most = binom.interval(0.95, len(own), mean)
+            made.append(Bin(low, high, len(own), mean, sum(n.right for n in own), (int(least), int(most))))
+    return made
+
+
+def table(made: Sequence[Bin]) -> Iterator[str]:
+    """Row by row."""
+    yield HEAD
+    yield "|---" * (HEAD.count("|") - 1) + "|"
+    for b in made:
+        low, high = wilson(b.right, b.names)
+        share = f"{b.right / b.names:.3f} ({low:.3f} to {high:.3f})"
+        yield f"| {b.low:g} to {b.high:g} | {b.names} | {b.mean:.3f} | {b.right} | {share} | {b.may_be[0]} to {b.may_be[1]} |"
+
+
+def diagram(made: Sequence[Bin], path: Path) -> None:
+    """Share of right names over what was said, with Wilson's intervals; on the diagonal a probability is what it says."""
+    figure, axes = plt.subplots(figsize=(4, 3.6))
+    axes.plot([0.5, 1.0], [0.5, 1.0], color="grey", linewidth=0.8, label="as said")
+    for b in made:
+        low, high = wilson(b.right, b.names)
+        axes.plot([b.mean, b.mean], [low, high], color="tab:blue")
+        axes.plot(b.mean, b.right / b.names, "o", color="tab:blue", markersize=4)
+        axes.annotate(f"{b.right} of {b.names}", (b.mean, low), textcoords="offset points", xytext=(-4, -9), ha="right", fontsize=7)
+    axes.set_xlabel("probability said of a name (mean of its bin)")
+    axes.set_ylabel("share of right names, 95 % interval")
+    axes.legend(fontsize=8)
+    figure.tight_layout()
+    with replaced_when_done(path) as part:
+        figure.savefig(part, dpi=130, format="png")
+    plt.close(figure)
+
+
+def main() -> int:
+    """Exit 0 if every bin is within what was said, else 1."""
+    parser = argparse.ArgumentParser(prog="python -m tests.blind.scoring.reliability", description=__doc__)
+    parser.add_argument("study", type=Path, help="folder of the study by evidence")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="also draw the reliability diagram (PNG)")
+    arguments = parser.parse_args()
+    made = bins(said_names({case.name: case for case in unseal(arguments.study)}, results(arguments.study)))
+    print("\n".join(table(made)))
+    if arguments.picture:
+        diagram(made, arguments.picture)
+    return 0 if all(b.kept for b in made) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
