@@ -63,9 +63,12 @@ def _until_mode(client: Client, mode: str, show: Show) -> None:
         if status["mode"] == "fault":
             break
         time.sleep(0.05)
-    fault = status.get("fault") or {"text": ""}
+    fault = status.get("fault")
     raise DaemonError(
-        "the daemon did not change its mode", value=status["mode"], limit=f"{mode} within {_MODE_LIMIT_S:g} s", next_step=fault["text"]
+        "the daemon did not change its mode",
+        value=f"{status['mode']}: {fault['text'].rstrip('.')}" if fault else status["mode"],
+        limit=f"{mode} within {_MODE_LIMIT_S:g} s",
+        next_step="See whether other work keeps this computer busy: `longreach host`.",
     )
 
 

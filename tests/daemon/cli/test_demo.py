@@ -98,7 +98,7 @@ def test_a_run_that_ends_in_a_fault_is_told_with_the_fault_and_at_once(monkeypat
         demo_session._one_run(cast(Client, Faulty()), {}, lambda status: None)
     client = Faulty()
     client.started = True
-    with pytest.raises(DaemonError, match=r"did not change its mode: fault .* loop stall"):
+    with pytest.raises(DaemonError, match=r"did not change its mode: fault: loop stall .*`longreach host`"):
         demo_session._until_mode(cast(Client, client), "disarmed", lambda status: None)
 
 
