@@ -28,9 +28,7 @@ def improved(text: str, model: Model, steps: Sequence[Step], widths: Mapping[str
 
     `widths`: 95% half width of the effects' parameters, by "EFFECT.where.parameter". `remarks`: one a step.
     """
-    for free, value in zip(model.free, model.theta, strict=True):
-        if free.prior:
-            text = _with_value(text, free, float(value))
+    text = _with_values(text, [(free, float(value)) for free, value in zip(model.free, model.theta, strict=True) if free.prior])
     for step, remark in zip(steps, remarks, strict=True):
         text = with_effect_line(text, effect_line(model, step, widths, remark))
     return text
@@ -88,20 +86,26 @@ def with_effect_line(text: str, line: str) -> str:
     return "".join(rows)
 
 
-def _with_value(text: str, free: Free, value: float) -> str:
-    """A constant's new value in the unit it was stated in, and its old one in the comment; a key with its default is put in."""
-    path = _file_path(free)
-    old = parse(text, "rig.yaml").value(path)
+def _with_values(text: str, values: Sequence[tuple[Free, float]]) -> str:
+    """Constants' new values in the units they were stated in, and the old ones in comments; a key with its default is put in."""
+    tree = parse(text, "rig.yaml")
+    old = [tree.value(_file_path(free)) for free, _ in values]
+    text = apply_overrides(text, [_assignment(free, value, before) for (free, value), before in zip(values, old, strict=True)])
+    tree, rows = parse(text, "rig.yaml"), _rows(text)
+    for (free, _), before in zip(values, old, strict=True):
+        number = tree.mark(_file_path(free))[0] - 1
+        row = rows[number].rstrip("\n")
+        said = before if before is not None else f"{free.start:g} {free.unit}".strip() + " by default"
+        remark = f"[gap] {free.key.rpartition('.')[2]} was {said}"
+        rows[number] = row + (f"; {remark}" if "#" in row else f"  # {remark}") + "\n"
+    return "".join(rows)
+
+
+def _assignment(free: Free, value: float, old: object) -> str:
+    """`key=value unit`, in the unit of the old value where that has one."""
     unit = written_unit(old) or free.unit
     shown = value if unit == free.unit else from_si(value, free.unit, unit)
-    text = apply_overrides(text, [f"{free.key}={written(shown)} {unit}".strip()])
-    line, _ = parse(text, "rig.yaml").mark(path)
-    rows = _rows(text)
-    row = rows[line - 1].rstrip("\n")
-    before = old if old is not None else f"{free.start:g} {free.unit}".strip() + " by default"
-    remark = f"[gap] {free.key.rpartition('.')[2]} was {before}"
-    rows[line - 1] = row + (f"; {remark}" if "#" in row else f"  # {remark}") + "\n"
-    return "".join(rows)
+    return f"{free.key}={written(shown)} {unit}".strip()
 
 
 def _rows(text: str) -> list[str]:
