@@ -130,8 +130,8 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     best = search.best
     if not np.any(beyond(search.seen, before)):
         return _to_floor(search, best)
-    seen, rivals = about_fit(search.seen, best), _rivals(search, best, search.fit_of(before.labels))
-    fitted = tuple(_followed(seen, h) if any(h is r for r in rivals) else reweighed(seen, h) for h in search.fitted)
+    seen, rivals = about_fit(search.seen, best), {r.labels for r in _rivals(search, best, search.fit_of(before.labels))}
+    fitted = tuple(_followed(seen, h) if h.labels in rivals else reweighed(seen, h) for h in search.fitted)
     anew = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = anew.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(anew, there).at))

@@ -82,10 +82,26 @@ def test_missing_friction_is_named_with_its_probability(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "report.html").exists()
 
 
+def three_times_the_friction(folder: Path) -> dict[str, Any]:
+    text = axis_logs.axis_text()
+    return searched(folder, text, text.replace("friction: 20.39 N", "friction: 61.17 N"))
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(
+    strict=True,
+    raises=AssertionError,
+    reason="0.94: the fit log alone leaves no discrepancy, both logs a tenth of the noise; see the roadmap",
+)
+def test_two_logs_know_a_changed_number_better_than_one(tmp_path: Path) -> None:
+    (item,) = three_times_the_friction(tmp_path)["findings"]
+    of_all = item["parameters"]["friction"]
+    assert half_width(of_all) < 0.9 * half_width(of_all["fit_logs"])  # of two logs that say as much: 0.71
+
+
 @pytest.mark.slow
 def test_friction_of_three_times_its_stated_size_is_found_as_changed(tmp_path: Path) -> None:
-    text = axis_logs.axis_text()
-    found = searched(tmp_path, text, text.replace("friction: 20.39 N", "friction: 61.17 N"))
+    found = three_times_the_friction(tmp_path)
     (item,) = found["findings"]
     assert (item["effect"], item["where"]) == ("coulomb_friction", "axis")
     assert item["stated"] == pytest.approx(20.39)
@@ -98,7 +114,6 @@ def test_friction_of_three_times_its_stated_size_is_found_as_changed(tmp_path: P
     of_all = item["parameters"]["friction"]
     assert of_all["value"] == item["value"]
     assert of_all["ci95"][0] < 61.17 < of_all["ci95"][1]
-    # Two logs that say as much would give 0.71; but the fit log alone leaves no discrepancy, both a tenth of the noise.
     assert half_width(of_all) < half_width(of_all["fit_logs"])
     assert found["gap"]["holdout_all_logs"] == pytest.approx(cost_of_hold_out(tmp_path, rig), rel=0.05)
     page = (tmp_path / "out" / "report.html").read_text()

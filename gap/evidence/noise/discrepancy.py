@@ -2,7 +2,7 @@
 residuals, with their priors, is largest.
 
 δ has a half-Cauchy prior of the scale that honest models leave (gap.evidence.deciding_numbers), η a half-normal, T and s log-normal ones.
-The Cauchy's tail is long because no prior must decide where much is left: a half-normal's would pay hundreds of ln p for a δ of 18 scales
+The Cauchy's tail is long because no prior must decide where much is left: a half-normal's would pay 38 of ln p for a δ of 18 scales
 instead of 20, whatever the logs say (Gelman 2006, "Prior distributions for variance parameters in hierarchical models"). Channels meet only
 in what they hang on together (unknowns): each adds its own inner products, so that a try of one channel costs one filter, a try of η none.
 """

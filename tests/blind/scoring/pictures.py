@@ -37,7 +37,7 @@ def confusion(scores: Sequence[Score], path: Path) -> None:
     axes.set_yticks(range(len(rows)), rows, fontsize=6)
     axes.set_xlabel("first name (right when it or its set holds the hidden effect)", fontsize=7)
     axes.set_ylabel("hidden", fontsize=7)
-    _save(figure, path)
+    save(figure, path)
 
 
 def _first(score: Score) -> str:
@@ -70,10 +70,11 @@ def power(scores: Sequence[Score], path: Path) -> None:
     axes.set_ylabel("named (first or in its set)")
     if single:
         axes.legend(fontsize=7)
-    _save(figure, path)
+    save(figure, path)
 
 
-def _save(figure: plt.Figure, path: Path) -> None:
+def save(figure: plt.Figure, path: Path) -> None:
+    """As a PNG that is the same for the same figure; its folder is made."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.tight_layout()
     figure.savefig(path, dpi=110, metadata={"Software": None})

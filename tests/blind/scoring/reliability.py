@@ -8,27 +8,25 @@ interval of a binomial of their mean, a little wider than that sum's. Prints a M
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from scipy.stats import binom
 
-from config.whole_file import replaced_when_done
+from gap.outcome.findings import explanations
 from tests.blind.cases import Case
 from tests.blind.result_file import results
+from tests.blind.scoring import tables
+from tests.blind.scoring.pictures import plt, save
 from tests.blind.scoring.wilson import wilson
 from tests.blind.seal import unseal
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
 EDGES = (0.5, 0.8, 0.95, 0.99, 1.0)
-HEAD = "| said with | names | mean of what was said | right | share (95 %) | may be |"
+HEAD = ("said with", "names", "mean of what was said", "right", "share (95 %)", "may be")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +54,9 @@ class Bin:
         return self.may_be[0] <= self.right <= self.may_be[1]
 
 
-def said_names(cases: Mapping[str, Case], found: Mapping[str, Mapping[str, Any]]) -> list[SaidName]:
+def said_names(cases: Mapping[str, Case], found: Mapping[str, dict[str, Any]]) -> list[SaidName]:
     """Of all results, findings and leads; those without a probability (what the values of a log show by themselves) are left out."""
-    said = [(cases[name], item) for name, result in found.items() for item in [*result.get("findings", []), *result.get("leads", [])]]
+    said = [(cases[name], item) for name, result in found.items() for item in explanations(result)]
     sure = [(case, item) for case, item in said if item.get("probability") is not None]
     return [SaidName(float(item["probability"]), (item["effect"], item["where"]) in case.truth) for case, item in sure]
 
@@ -75,14 +73,15 @@ def bins(names: Sequence[SaidName]) -> list[Bin]:
     return made
 
 
-def table(made: Sequence[Bin]) -> Iterator[str]:
+def table(made: Sequence[Bin]) -> list[str]:
     """Row by row."""
-    yield HEAD
-    yield "|---" * (HEAD.count("|") - 1) + "|"
-    for b in made:
-        low, high = wilson(b.right, b.names)
-        share = f"{b.right / b.names:.3f} ({low:.3f} to {high:.3f})"
-        yield f"| {b.low:g} to {b.high:g} | {b.names} | {b.mean:.3f} | {b.right} | {share} | {b.may_be[0]} to {b.may_be[1]} |"
+    return tables.table(HEAD, [_row(b) for b in made]).splitlines()
+
+
+def _row(b: Bin) -> list[str]:
+    low, high = wilson(b.right, b.names)
+    share = f"{b.right / b.names:.3f} ({low:.3f} to {high:.3f})"
+    return [f"{b.low:g} to {b.high:g}", f"{b.names}", f"{b.mean:.3f}", f"{b.right}", share, f"{b.may_be[0]} to {b.may_be[1]}"]
 
 
 def diagram(made: Sequence[Bin], path: Path) -> None:
@@ -97,10 +96,7 @@ def diagram(made: Sequence[Bin], path: Path) -> None:
     axes.set_xlabel("probability said of a name (mean of its bin)")
     axes.set_ylabel("share of right names, 95 % interval")
     axes.legend(fontsize=8)
-    figure.tight_layout()
-    with replaced_when_done(path) as part:
-        figure.savefig(part, dpi=130, format="png")
-    plt.close(figure)
+    save(figure, path)
 
 
 def main() -> int:
