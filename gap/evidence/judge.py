@@ -44,10 +44,10 @@ def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
 
 def together(seen: Seen, held: Seen) -> Seen:
     """The fitted logs, then the hold-out, which counts as they do."""
-    return Seen(seen.experiments + held.experiments, seen.scales, seen.unknowns + held.unknowns, seen.model, seen.counts)
+    return Seen(seen.logs + held.logs, seen.scales, seen.model, seen.counts)
 
 
 def of_rig_file(nominal: Hypothesis, held: Seen) -> float:
     """ln p(hold-out) of the rig file as it is: nothing of it is unsure."""
     left = held.left(held.readings(nominal.model))
-    return held.counts * on_other_logs(held.experiments, left, held.unknowns, held.scales, nominal.at.discrepancy)[1]
+    return held.counts * on_other_logs(held.logs, left, held.scales, nominal.at.discrepancy)[1]

@@ -24,6 +24,7 @@ from gap.fitting.fit import INVISIBLE
 
 _REACH = 3.0  # posterior standard deviations of a move: at 1, events make the posterior narrower at every renewal
 _WIDEST = 1.0  # prior standard deviations of it at most
+_NOTHING = 1e-2  # of a prior's precision, what logs say of an axis that is not looked at again
 _NARROWEST = 1e-3  # of a number at the end of its range
 
 Numbers = NDArray[np.int64]
@@ -48,12 +49,17 @@ def renewed(seen: Seen, point: Point) -> Point:
 
 
 def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Array, free: Numbers) -> list[Array]:
-    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior."""
+    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior; along those of which the logs say nothing they
+    stay as they were."""
     stiffness, axes = np.linalg.eigh(precision[np.ix_(free, free)])
-    lengths = np.minimum(_REACH / np.sqrt(stiffness), _WIDEST)
-    moves = np.zeros((len(free), len(precision)))
-    moves[:, free] = (axes * lengths).T
-    return [np.tensordot(axes / lengths, change, 1) for change in along(point.model, experiments, moves)]
+    told = stiffness > 1.0 + _NOTHING
+    lengths = np.minimum(_REACH / np.sqrt(stiffness[told]), _WIDEST)
+    moves = np.zeros((int(told.sum()), len(precision)))
+    moves[:, free] = (axes[:, told] * lengths).T
+    kept = axes[:, ~told] @ axes[:, ~told].T
+    old = [np.tensordot(kept, j[free] * e.sigma, 1) for e, j in zip(experiments, point.jacobian, strict=True)]
+    new = along(point.model, experiments, moves)
+    return [was + np.tensordot(axes[:, told] / lengths, change, 1) for was, change in zip(old, new, strict=True)]
 
 
 def _shown(point: Point) -> NDArray[np.bool_]:

@@ -14,17 +14,14 @@ are all that evidence, steps and screening need; log|Σ| = log|C| + Σ log|1 + G
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from gap.data.measured import Array
-from gap.data.windows import Experiment
-from gap.evidence.noise.ornstein_uhlenbeck import Filter, filter_of, sample_period_s
-from gap.evidence.noise.unknowns import Unknowns
+from gap.evidence.noise.whitening import Part, Whitening
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,32 +48,26 @@ class Weighed:
     log_det: float
 
 
-def weighed(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
+def weighed(logs: Sequence[Whitening], rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
     """`rows`: of every log, rows × windows × samples × channels in units of the noise, 0 where nothing was measured."""
-    grams, log_dets = _of_logs(experiments, unknowns, rows, discrepancy)
-    found = reduced(grams, [len(u.states) for u in unknowns], len(unknowns[0].forms), discrepancy.share)
+    grams, log_dets = _of_logs(logs, rows, discrepancy)
+    found = reduced(grams, [log.states for log in logs], logs[0].forms, discrepancy.share)
     return Weighed(found.inner, found.log_det + sum(float(d.sum()) for d in log_dets))
 
 
-def by_window(experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], left: Sequence[Array], discrepancy: Discrepancy) -> Array:
+def by_window(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Discrepancy) -> Array:
     """ln p of the residuals `left` in every window, one log after the other, with the likeliest shares of other friction; without the
     −½ ln 2π of the readings."""
-    grams, log_dets = _of_logs(experiments, unknowns, [own[None] for own in left], discrepancy)
-    states, forms = [len(u.states) for u in unknowns], len(unknowns[0].forms)
-    rest = np.append(-likeliest_shares(grams, states, forms, discrepancy.share), 1.0)
-    return np.concatenate([window_densities(g, n, rest) - 0.5 * d.sum(axis=1) for g, n, d in zip(grams, states, log_dets, strict=True)])
+    grams, log_dets = _of_logs(logs, [own[None] for own in left], discrepancy)
+    rest = np.append(-likeliest_shares(grams, [log.states for log in logs], logs[0].forms, discrepancy.share), 1.0)
+    densities = [window_densities(g, log.states, rest) for g, log in zip(grams, logs, strict=True)]
+    return np.concatenate([p - 0.5 * d.sum(axis=1) for p, d in zip(densities, log_dets, strict=True)])
 
 
-def _of_logs(
-    experiments: Sequence[Experiment], unknowns: Sequence[Unknowns], rows: Sequence[Array], discrepancy: Discrepancy
-) -> tuple[list[Array], list[Array]]:
+def _of_logs(logs: Sequence[Whitening], rows: Sequence[Array], discrepancy: Discrepancy) -> tuple[list[Array], list[Array]]:
     """Of every log the inner products [A B x]ᵀ C⁻¹ [A B x] of its windows, and log|C|, windows × channels."""
-    grams, log_dets = [], []
-    for n, (e, known, own) in enumerate(zip(experiments, unknowns, rows, strict=True)):
-        made = filter_of(np.isfinite(e.measured), discrepancy.of_log(n), discrepancy.time_s, sample_period_s(e))
-        grams.append(side_by_side(made, (known.states, known.forms, own), e.workers))
-        log_dets.append(made.log_det)
-    return grams, log_dets
+    found = [log.grams(own, discrepancy.of_log(n), discrepancy.time_s) for n, (log, own) in enumerate(zip(logs, rows, strict=True))]
+    return [grams for grams, _ in found], [log_det for _, log_det in found]
 
 
 def likeliest_shares(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Array:
@@ -95,55 +86,71 @@ def window_densities(grams: Array, states: int, rest: Array) -> Array:
     return np.asarray(-0.5 * squares - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1))
 
 
-def side_by_side(made: Filter, rows: Sequence[Array], workers: int) -> Array:
-    """Inner products of the whitened rows of every window, a share of the windows on every thread."""
-    cuts = np.linspace(0, len(made.gain), max(workers, 1) + 1).astype(int)
-    with ThreadPoolExecutor(max(workers, 1)) as pool:
-        parts = pool.map(lambda ends: _of_windows(made, rows, slice(*ends)), pairwise(cuts))
-    return np.concatenate(list(parts))
-
-
-def _of_windows(made: Filter, rows: Sequence[Array], part: slice) -> Array:
-    return gram(made.of_windows(part).by_window([r[:, part] for r in rows]))
-
-
-def gram(white: Array) -> Array:
-    """Inner products of the rows of every window: windows × rows × values → windows × rows × rows."""
-    return np.asarray(np.matmul(white, white.transpose(0, 2, 1)))
-
-
 def reduced(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Weighed:
     """Of rows that begin with `states` of a window's own and then `forms` shared ones: the others without what these take of them."""
-    width = grams[0].shape[1] - states[0]
-    total, log_det = np.zeros((width, width)), 0.0
-    for whole, n in zip(grams, states, strict=True):
-        log_det += _less_own(whole, n, total)
+    of_logs = [less_states_with(whole, None, n) for whole, n in zip(grams, states, strict=True)]
+    total = Weighed(np.sum([w.inner for w in of_logs], axis=0), sum(w.log_det for w in of_logs))
+    return less_shared(total, forms, share)
+
+
+def less_states_with(grams: Array, part: Part | None, states: int) -> Weighed:
+    """What every window's own states leave of its other rows, over all windows, and log|1 + AᵀC⁻¹A|; `part`: of one channel, whose inner
+    products are to be added, x the last row."""
+    upper = np.zeros((grams.shape[1] - states,) * 2)
+    if part is None:
+        log_det = _less_states(grams, states, upper)
+    else:
+        log_det = _less_states_of_sum(grams, part.grams, part.numbers, part.cross, states, upper)
+    return Weighed(upper + np.triu(upper, 1).T, log_det)
+
+
+def less_shared(total: Weighed, forms: int, share: float) -> Weighed:
+    """Without what the shared rows, the first `forms`, take of the others."""
     if not forms:
-        return Weighed(total, log_det)
-    root = np.linalg.cholesky(share**2 * total[:forms, :forms] + np.eye(forms))
-    taken = np.linalg.solve(root, share * total[:forms, forms:])
-    return Weighed(total[forms:, forms:] - taken.T @ taken, log_det + 2.0 * float(np.log(np.diag(root)).sum()))
+        return total
+    root = np.linalg.cholesky(share**2 * total.inner[:forms, :forms] + np.eye(forms))
+    taken = np.linalg.solve(root, share * total.inner[:forms, forms:])
+    log_det = total.log_det + 2.0 * float(np.log(np.diag(root)).sum())
+    return Weighed(total.inner[forms:, forms:] - taken.T @ taken, log_det)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _less_own(grams: Array, states: int, total: Array) -> float:
-    """Adds to `total` what every window's own states leave of its other rows; log|1 + AᵀC⁻¹A| of all windows. A Cholesky factorisation
-    whose columns go on below: what stands there at its end is taken."""
-    windows, numbers, _ = grams.shape
+def _less_states(grams: Array, states: int, total: Array) -> float:
     log_det = 0.0
-    for w in range(windows):
-        rows = grams[w, :states].copy()
-        for j in range(states):
-            rows[j, j] += 1.0
-        for j in range(states):
-            root = np.sqrt(rows[j, j])
-            log_det += 2.0 * np.log(root)
-            for m in range(j, numbers):
-                rows[j, m] /= root
-            for i in range(j + 1, states):
-                part = rows[j, i]
-                for m in range(i, numbers):
-                    rows[i, m] -= part * rows[j, m]
-        taken = np.ascontiguousarray(rows[:, states:])
-        total += grams[w, states:, states:] - np.dot(taken.T, taken)
+    for w in range(len(grams)):
+        log_det += _of_window(grams[w].copy(), states, total)
+    return log_det
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _less_states_of_sum(grams: Array, added: Array, numbers: NDArray[np.int64], cross: Array, states: int, total: Array) -> float:
+    log_det, last = 0.0, grams.shape[1] - 1
+    whole = np.empty(grams.shape[1:])
+    for w in range(len(grams)):
+        own = added[numbers[w]]
+        for i in range(last):
+            for m in range(i, last):
+                whole[i, m] = grams[w, i, m] + own[i, m]
+            whole[i, last] = grams[w, i, last] + cross[w, i]
+        whole[last, last] = grams[w, last, last] + cross[w, last]
+        log_det += _of_window(whole, states, total)
+    return log_det
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _of_window(rows: Array, states: int, total: Array) -> float:
+    """Adds to the upper triangle of `total` what a window's states leave of the rows below them, eliminated in place; log|1 + AᵀC⁻¹A|."""
+    numbers, log_det = len(rows), 0.0
+    for j in range(states):
+        rows[j, j] += 1.0
+    for j in range(states):
+        pivot = rows[j, j]
+        log_det += np.log(pivot)
+        for i in range(j + 1, numbers):
+            part = rows[j, i] / pivot
+            for m in range(i, numbers):
+                rows[i, m] -= part * rows[j, m]
+    for i in range(states, numbers):
+        for m in range(i, numbers):
+            total[i - states, m - states] += rows[i, m]
     return log_det

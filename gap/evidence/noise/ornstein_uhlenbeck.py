@@ -1,13 +1,15 @@
-"""White noise beside one slowly varying error: covariance C = 1 + δ² exp(−|t − t'| / T), its square root and its determinant in O(n).
+"""White noise beside one slowly varying error: covariance C = 1 + δ² exp(−|t − t'| / T), its inverse and its determinant in O(n).
 
 An Ornstein-Uhlenbeck process is Markov, so a Kalman filter over the samples factors C without forming it (Särkkä & Svensson 2023,
 ch. 12): the innovations divided by their standard deviations are C^(−1/2) y, the sum of the logarithms of their variances is log|C|. A
-missing sample is a step without a measurement. What the filter does to y it does to every column of a Jacobian alike.
+missing sample is a step without a measurement. What the filter does to y it does to every column of a Jacobian alike. The same steps
+backwards, transposed, give C⁻¹ y.
+
+δ and T stand on the rungs of a ladder, so that what C⁻¹ does to rows that stay the same can be kept (whitening).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +18,9 @@ from numpy.typing import NDArray
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
+
+OCTAVE = 5  # rungs of the ladder that double a value
+_RUNG = np.log(2.0) / OCTAVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,21 +37,24 @@ class Filter:
         """The same of some windows."""
         return Filter(self.gain[part], self.root[part], self.decay, self.log_det[part])
 
-    def by_window(self, parts: Sequence[Array]) -> Array:
-        """C^(−1/2) of every row; several of numbers × windows × samples × channels, in units of the white noise, 0 where nothing was
-        measured → windows × numbers of all parts × values."""
+    def applied(self, rows: Array) -> tuple[Array, Array]:
+        """C^(−1/2) and C⁻¹ of rows × windows × samples × channels, in units of the white noise, 0 where nothing was measured → windows ×
+        rows × values."""
         windows, samples, channels = self.gain.shape
-        ends = np.cumsum([0, *map(len, parts)])
-        out = np.empty((windows, int(ends[-1]), samples, channels))
-        for first, rows in zip(ends[:-1], parts, strict=True):
-            _whiten(np.ascontiguousarray(rows), self.gain, self.root, self.decay, int(first), out)
-        return out.reshape(windows, int(ends[-1]), samples * channels)
+        white, solved = (np.empty((windows, len(rows), samples, channels)) for _ in range(2))
+        _apply(rows, self.gain, self.root, self.decay, white, solved)
+        flat = (windows, len(rows), samples * channels)
+        return white.reshape(flat), solved.reshape(flat)
 
-    def side_by_side(self, rows: Array) -> Array:
-        """C^(−1/2) of many rows of one channel, windows × samples × numbers: as fast as a processor's vectors are wide."""
-        out = np.empty(rows.shape)
-        _whiten_many(rows, self.gain[:, :, 0], self.root[:, :, 0], float(self.decay[0]), out)
-        return out
+
+def rung(value: Array | float) -> NDArray[np.int64]:
+    """The ladder's rung next to a value."""
+    return np.asarray(np.rint(np.log(value) / _RUNG), dtype=np.int64)
+
+
+def at_rung(number: NDArray[np.int64] | int) -> Array:
+    """The value at a rung."""
+    return np.asarray(np.exp(_RUNG * np.asarray(number, dtype=np.float64)))
 
 
 def filter_of(there: NDArray[np.bool_], sd: Array, time_s: Array, period_s: float) -> Filter:
@@ -54,7 +62,9 @@ def filter_of(there: NDArray[np.bool_], sd: Array, time_s: Array, period_s: floa
     `time_s`: T, one a channel."""
     decay = np.exp(-period_s / np.asarray(time_s, dtype=np.float64))
     variance = np.broadcast_to(np.asarray(sd, dtype=np.float64) ** 2, (there.shape[0], there.shape[2]))
-    gain, root = _gains(there, np.ascontiguousarray(variance), decay)
+    gain, root = np.zeros(there.shape), np.zeros(there.shape)
+    for c in range(there.shape[2]):
+        gains_of_channel(there[:, :, c], np.ascontiguousarray(variance[:, c]), float(decay[c]), gain[:, :, c], root[:, :, c])
     log_det = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=1)
     return Filter(gain, root, decay, log_det)
 
@@ -65,24 +75,22 @@ def sample_period_s(experiment: Experiment) -> float:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _gains(there: NDArray[np.bool_], variance: Array, decay: Array) -> tuple[Array, Array]:
-    windows, samples, channels = there.shape
-    gain, root = np.zeros(there.shape), np.zeros(there.shape)
-    for w in range(windows):
-        for c in range(channels):
-            p = variance[w, c]
-            for i in range(samples):
-                if there[w, i, c]:
-                    innovation = p + 1.0
-                    gain[w, i, c] = p / innovation
-                    root[w, i, c] = 1.0 / np.sqrt(innovation)
-                    p = p / innovation
-                p = decay[c] ** 2 * p + variance[w, c] * (1.0 - decay[c] ** 2)
-    return gain, root
+def gains_of_channel(there: NDArray[np.bool_], variance: Array, decay: float, gain: Array, root: Array) -> None:
+    """Into `gain` and `root`, of windows × samples; `variance`: δ² of each window."""
+    for w in range(there.shape[0]):
+        p = variance[w]
+        for i in range(there.shape[1]):
+            if there[w, i]:
+                innovation = p + 1.0
+                gain[w, i] = p / innovation
+                root[w, i] = 1.0 / np.sqrt(innovation)
+                p = p / innovation
+            p = decay**2 * p + variance[w] * (1.0 - decay**2)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _whiten(rows: Array, gain: Array, root: Array, decay: Array, first: int, out: Array) -> None:
+def _apply(rows: Array, gain: Array, root: Array, decay: Array, white: Array, solved: Array) -> None:
+    """With e_i = x_i − m_i and m_(i+1) = φ (m_i + g_i e_i) forwards, the transposed recursion backwards."""
     numbers, windows, samples, channels = rows.shape
     mean = np.empty(channels)
     for w in range(windows):
@@ -91,19 +99,12 @@ def _whiten(rows: Array, gain: Array, root: Array, decay: Array, first: int, out
             for i in range(samples):
                 for c in range(channels):
                     innovation = rows[k, w, i, c] - mean[c]
-                    out[w, first + k, i, c] = innovation * root[w, i, c]
+                    white[w, k, i, c] = innovation * root[w, i, c]
                     mean[c] = (mean[c] + gain[w, i, c] * innovation) * decay[c]
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _whiten_many(rows: Array, gain: Array, root: Array, decay: float, out: Array) -> None:
-    windows, samples, numbers = rows.shape
-    mean = np.empty(numbers)
-    for w in range(windows):
-        mean[:] = 0.0
-        for i in range(samples):
-            kept, scale = gain[w, i], root[w, i]
-            for k in range(numbers):
-                innovation = rows[w, i, k] - mean[k]
-                out[w, i, k] = innovation * scale
-                mean[k] = (mean[k] + kept * innovation) * decay
+            mean[:] = 0.0
+            for i in range(samples - 1, -1, -1):
+                for c in range(channels):
+                    onward = decay[c] * mean[c]
+                    own = white[w, k, i, c] * root[w, i, c] + gain[w, i, c] * onward
+                    solved[w, k, i, c] = own
+                    mean[c] = onward - own

@@ -13,7 +13,8 @@ from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
 from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
-from gap.evidence.noise.unknowns import Unknowns, unknowns_of
+from gap.evidence.noise.unknowns import unknowns_of
+from gap.evidence.noise.whitening import Whitening
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coarsening import power
 from gap.evidence.score.coordinates import phi_of
@@ -29,15 +30,18 @@ MOST_HONEST = float(norm.ppf(0.5 + 0.5 * CONFIRMED))  # scales of the discrepanc
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What is the same for every set that is compared: the logs to fit, the scale of each channel's discrepancy, and what is integrated
-    out, as it is about one `model`. (About a model of its own every set would have another Σ, and sets would gain by that alone.)
+    """What is the same for every set that is compared: `logs` to fit with what is integrated out as it is about one `model`, and the scale
+    of each channel's discrepancy. (About a model of its own every set would have another Σ, and sets would gain by that alone.)
     `counts`: ζ, the part of ln p that the logs count for (gap.evidence.score.coarsening)."""
 
-    experiments: tuple[Experiment, ...]
+    logs: tuple[Whitening, ...]
     scales: Array
-    unknowns: tuple[Unknowns, ...]
     model: Model
     counts: float
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        return tuple(log.experiment for log in self.logs)
 
     def readings(self, model: Model) -> tuple[Array, ...]:
         """Of every log with a model, windows × samples × channels."""
@@ -50,7 +54,7 @@ class Seen:
 
     def weighed(self, rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
         """ζ xᵀΣ⁻¹x of rows x (rows × windows × samples × channels of every log), and ζ ln|Σ|."""
-        found = weighed(self.experiments, self.unknowns, rows, discrepancy)
+        found = weighed(self.logs, rows, discrepancy)
         return Weighed(self.counts * found.inner, self.counts * found.log_det)
 
 
@@ -98,14 +102,15 @@ def about(experiments: Sequence[Experiment], scales: Array, model: Model, counts
     """Logs with what is integrated out, and what windows remember, as they are about a model."""
     vector = model.vector()
     remembered = tuple(remembering(e, vector) for e in experiments)
-    return Seen(remembered, scales, unknowns_of(remembered, vector), model, counts)
+    logs = tuple(Whitening(e, own) for e, own in zip(remembered, unknowns_of(remembered, vector), strict=True))
+    return Seen(logs, scales, model, counts)
 
 
 def about_fit(seen: Seen, fitted: Hypothesis) -> Seen:
     """The same logs as they are about a fitted set, and as what it leaves lets them count. (η is what is expected beforehand, while no set
     has had a friction that could be of another form.)"""
     there = about(seen.experiments, seen.scales, fitted.model, seen.counts)
-    share = fitted.at.discrepancy.share if len(there.unknowns[0].forms) else 0.0
+    share = fitted.at.discrepancy.share if there.logs[0].forms else 0.0
     excess = 1.0 - (MOST_HONEST / max(float(beyond(seen, fitted).max()), MOST_HONEST)) ** 2
     return replace(there, counts=counted(seen.experiments, share, excess))
 
@@ -118,13 +123,13 @@ def counted(experiments: Sequence[Experiment], share: float, excess: float = 0.0
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
     """A fitted set as it is, beside what is integrated out now."""
     point = replace(hypothesis.at, readings=seen.readings(hypothesis.model))
-    point = replace(point, discrepancy=rediscovered(seen, point))
+    point = replace(point, discrepancy=rediscovered(seen, point, near=False))
     return replace(hypothesis_at(seen, hypothesis.suspects, point), ended=hypothesis.ended)
 
 
 def hypothesis_at(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hypothesis:
     """A set at a point, its evidence and what every window adds to that."""
-    windows = by_window(seen.experiments, seen.unknowns, seen.left(point.readings), point.discrepancy)
+    windows = by_window(seen.logs, seen.left(point.readings), point.discrepancy)
     log_z = evidence(posterior(seen, point), point.model)
     return Hypothesis(suspects, point, log_z, seen.counts * (windows + log_prior_of_times(point.discrepancy)))
 
@@ -133,6 +138,11 @@ def beyond(seen: Seen, hypothesis: Hypothesis) -> Array:
     """Of every channel whose discrepancy is larger than what CONFIRMED of honest models leave, how many times its scale; else 0."""
     ratio = hypothesis.at.discrepancy.sd / seen.scales
     return np.where(ratio > MOST_HONEST, ratio, 0.0)
+
+
+def doubtful(seen: Seen, hypothesis: Hypothesis) -> bool:
+    """Whether a set leaves more than honest models leave, or its constants have gone too far from the rig file's to leave less."""
+    return bool(np.any(beyond(seen, hypothesis))) or strained(seen, hypothesis)
 
 
 def strained(seen: Seen, hypothesis: Hypothesis) -> bool:
@@ -177,4 +187,4 @@ def evidence(at: Posterior, model: Model) -> float:
 def rediscovered(seen: Seen, point: Point, left: Sequence[Array] | None = None, near: bool = True) -> Discrepancy:
     """The discrepancy at a point, from the one it has; `near` as for fitted_discrepancy."""
     left = seen.left(point.readings) if left is None else left
-    return fitted_discrepancy(seen.experiments, left, seen.unknowns, seen.scales, point.discrepancy, near)
+    return fitted_discrepancy(seen.logs, left, seen.scales, point.discrepancy, near)

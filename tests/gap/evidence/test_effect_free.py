@@ -71,7 +71,7 @@ def test_friction_that_yields_in_several_places_is_no_effect(tmp_path: Path, see
     """The rig file has a bristle; the machine, of other code, four elements that break away after 20 to 600 um."""
     search, _ = opened(tmp_path, rig_file(), [maxwell_axis(seed + k, 8.0) for k in (0, 1)])
     done = searched(search)
-    assert done.seen.unknowns[0].forms.shape[0] == WAYS - 1 + len(SLOW)
+    assert done.seen.logs[0].forms == WAYS - 1 + len(SLOW)
     assert np.any(done.null.at.discrepancy.of_log(0) > 1.0)  # there is something to be taken in by
     assert shares(done).none > 0.5
 

@@ -14,8 +14,9 @@ from scipy.stats import multivariate_normal
 
 from gap.evidence.noise.discrepancy import fitted_discrepancy, on_other_logs
 from gap.evidence.noise.noise_model import Discrepancy, by_window, weighed
-from gap.evidence.noise.ornstein_uhlenbeck import filter_of
+from gap.evidence.noise.ornstein_uhlenbeck import at_rung, filter_of, rung
 from gap.evidence.noise.unknowns import Unknowns
+from gap.evidence.noise.whitening import Whitening
 
 PERIOD_S = 0.003
 
@@ -43,19 +44,31 @@ def dense(there: NDArray[np.bool_], sd: float, time_s: float) -> NDArray[np.floa
 
 @pytest.mark.parametrize("sd", [0.0, 0.05, 1.0, 40.0])
 @pytest.mark.parametrize("time_s", [0.001, 0.02, 3.0])
-def test_filter_is_a_square_root_of_the_dense_covariance(sd: float, time_s: float) -> None:
+def test_filter_gives_square_root_and_inverse_of_the_dense_covariance(sd: float, time_s: float) -> None:
     draw = np.random.default_rng(3)
     there = draw.random((4, 25, 2)) > 0.3
     there[1], there[2, :, 0] = True, False  # a whole window, and one with a channel that was never measured
     made = filter_of(there, np.array([sd, 0.7]), np.array([time_s, 0.01]), PERIOD_S)
     rows = np.where(there, draw.normal(size=(3, 4, 25, 2)), 0.0)
-    white = made.by_window((rows[:1], rows[1:])).reshape(4, 3, 25, 2).transpose(1, 0, 2, 3)
+    white, solved = (found.reshape(4, 3, 25, 2).transpose(1, 0, 2, 3) for found in made.applied(rows))
     for w in range(4):
         for c, (own_sd, own_time) in enumerate(((sd, time_s), (0.7, 0.01))):
             covariance = dense(there[w, :, c], own_sd, own_time)
             assert made.log_det[w, c] == pytest.approx(np.linalg.slogdet(covariance)[1], abs=1e-9)
             own = rows[:, w, there[w, :, c], c]
-            np.testing.assert_allclose(white[:, w, :, c] @ white[:, w, :, c].T, own @ np.linalg.solve(covariance, own.T), atol=1e-8)
+            inner = own @ np.linalg.solve(covariance, own.T)
+            np.testing.assert_allclose(white[:, w, :, c] @ white[:, w, :, c].T, inner, atol=1e-8)
+            np.testing.assert_allclose(solved[:, w, :, c] @ rows[:, w, :, c].T, inner, atol=1e-8)
+
+
+def on_ladder(*values: float) -> NDArray[np.float64]:
+    """The nearest values that δ, T and the times of windows may have."""
+    return at_rung(rung(np.array(values)))
+
+
+def alone(left: NDArray[np.float64], unknowns: Unknowns) -> Whitening:
+    """One log, whose noise has the standard deviation 1."""
+    return Whitening(cast(Any, Log(left, np.ones(1))), unknowns)
 
 
 def log(draw: np.random.Generator) -> tuple[Any, Unknowns]:
@@ -80,9 +93,9 @@ def dense_of_window(e: Any, unknowns: Unknowns, w: int, sd: NDArray[np.float64],
 def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix() -> None:
     draw = np.random.default_rng(5)
     logs, unknowns = zip(*(log(draw) for _ in range(2)), strict=True)
-    discrepancy = Discrepancy(np.array([0.8, 3.0]), np.array([0.03, 0.006]), 0.7)
+    discrepancy = Discrepancy(on_ladder(0.8, 3.0), on_ladder(0.03, 0.006), 0.7)
     rows = [np.where(np.isfinite(e.measured), draw.normal(size=(4, *e.measured.shape)), 0.0) for e in logs]
-    made = weighed(logs, unknowns, rows, discrepancy)
+    made = weighed([Whitening(*own) for own in zip(logs, unknowns, strict=True)], rows, discrepancy)
     blocks, flat, forms = [], [], []
     for e, known, own in zip(logs, unknowns, rows, strict=True):
         for w in range(5):
@@ -103,7 +116,7 @@ def test_a_drawn_share_of_friction_of_another_form_is_found_again() -> None:
     left = draw.normal(size=(30, 20, 1)) + np.tensordot(np.tile([1.0, -1.0], 4), forms, 1)
     unknowns = Unknowns(np.zeros((0, 30, 20, 1)), forms)
     start = Discrepancy(np.array([1.0]), np.array([0.03]), 0.01)
-    found = fitted_discrepancy([cast(Any, Log(left, np.ones(1)))], [left], [unknowns], np.array([25.0]), start)
+    found = fitted_discrepancy([alone(left, unknowns)], [left], np.array([25.0]), start)
     assert found.sd[0] < 0.3
     assert 0.4 < found.share < 1.2  # the prior draws it towards 0
 
@@ -111,9 +124,9 @@ def test_a_drawn_share_of_friction_of_another_form_is_found_again() -> None:
 def test_windows_with_a_discrepancy_of_their_own_size_against_dense_matrices() -> None:
     draw = np.random.default_rng(11)
     e, unknowns = log(draw)
-    times = np.exp(draw.normal(size=(5, 2)))
-    discrepancy = Discrepancy(np.array([0.8, 3.0]), np.array([0.03, 0.006]), 0.7, (times,))
-    made = weighed([e], [replace(unknowns, forms=unknowns.forms[:0])], [np.zeros((1, 5, 20, 2))], discrepancy)
+    times = on_ladder(*np.exp(draw.normal(size=10))).reshape(5, 2)
+    discrepancy = Discrepancy(on_ladder(0.8, 3.0), on_ladder(0.03, 0.006), 0.7, (times,))
+    made = weighed([Whitening(e, replace(unknowns, forms=unknowns.forms[:0]))], [np.zeros((1, 5, 20, 2))], discrepancy)
     logs = 0.0
     for w in range(5):
         logs += np.linalg.slogdet(dense_of_window(e, unknowns, w, discrepancy.sd * times[w], discrepancy.time_s))[1]
@@ -125,8 +138,8 @@ def test_what_windows_say_one_by_one_against_dense_matrices() -> None:
     draw = np.random.default_rng(17)
     logs, known = zip(*(log(draw) for _ in range(2)), strict=True)
     left = [np.where(np.isfinite(e.measured), draw.normal(size=e.measured.shape), 0.0) for e in logs]
-    times = tuple(np.exp(draw.normal(size=(5, 2))) for _ in logs)
-    discrepancy = Discrepancy(np.array([0.8, 3.0]), np.array([0.03, 0.006]), 1e-6, times)
+    times = tuple(on_ladder(*np.exp(draw.normal(size=10))).reshape(5, 2) for _ in logs)
+    discrepancy = Discrepancy(on_ladder(0.8, 3.0), on_ladder(0.03, 0.006), 1e-6, times)
     expected = []
     for e, unknowns, r, own in zip(logs, known, left, times, strict=True):
         for w in range(5):
@@ -134,7 +147,9 @@ def test_what_windows_say_one_by_one_against_dense_matrices() -> None:
             covariance = dense_of_window(e, unknowns, w, discrepancy.sd * own[w], discrepancy.time_s)
             of_window = multivariate_normal(np.zeros(len(covariance)), covariance)
             expected.append(of_window.logpdf(r[w].ravel()[keep]) + 0.5 * keep.sum() * np.log(2.0 * np.pi))
-    np.testing.assert_allclose(by_window(logs, known, left, discrepancy), expected, atol=1e-6)
+    np.testing.assert_allclose(
+        by_window([Whitening(*own) for own in zip(logs, known, strict=True)], left, discrepancy), expected, atol=1e-6
+    )
 
 
 def test_a_window_that_is_far_off_is_told_from_the_others() -> None:
@@ -144,13 +159,13 @@ def test_a_window_that_is_far_off_is_told_from_the_others() -> None:
     left = np.stack([roots[w == 17] @ draw.normal(size=(60, 1)) for w in range(40)])
     none = Unknowns(np.zeros((0, 40, 60, 1)), np.zeros((0, 40, 60, 1)))
     start = Discrepancy(np.array([5.0]), np.array([0.03]), 0.3)
-    found = fitted_discrepancy([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), start)
+    found = fitted_discrepancy([alone(left, none)], [left], np.array([25.0]), start)
     assert found.sd[0] == pytest.approx(1.0, rel=0.25)
     assert found.times[0][17, 0] > 7.0
     assert np.median(found.times[0]) == pytest.approx(1.0, rel=0.2)
-    other, log_p = on_other_logs([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), replace(found, times=()))
+    other, log_p = on_other_logs([alone(left, none)], [left], np.array([25.0]), replace(found, times=()))
     assert other.times[0][17, 0] > 7.0
-    plain = weighed([cast(Any, Log(left, np.ones(1)))], [none], [left[None]], replace(found, times=()))
+    plain = weighed([alone(left, none)], [left[None]], replace(found, times=()))
     assert log_p > 20.0 - 0.5 * (float(plain.inner[0, 0]) + plain.log_det)
 
 
@@ -162,7 +177,7 @@ def test_a_drawn_discrepancy_is_found_again(sd: float, time_s: float) -> None:
     left = root @ draw.normal(size=(60, 60, 1))
     none = Unknowns(np.zeros((0, 60, 60, 1)), np.zeros((0, 60, 60, 1)))
     start = Discrepancy(np.array([5.0]), np.array([0.03]), 0.3)
-    found = fitted_discrepancy([cast(Any, Log(left, np.ones(1)))], [left], [none], np.array([25.0]), start)
+    found = fitted_discrepancy([alone(left, none)], [left], np.array([25.0]), start)
     assert found.sd[0] == pytest.approx(sd, rel=0.15, abs=0.15)
     if sd > 1.0:
         assert found.time_s[0] == pytest.approx(time_s, rel=0.35)

@@ -1,0 +1,221 @@
+"""The search for δ, T, s and η: one channel after the other, up and down the ladder of their values (ornstein_uhlenbeck).
+
+Channels meet only in what they hang on together (unknowns): each adds its own inner products, so that a try of one channel costs one filter
+of its residuals, a try of η none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap.data.measured import Array
+from gap.evidence.deciding_numbers import MEMORY_S, SPREAD
+from gap.evidence.noise.noise_model import Discrepancy, Weighed, less_shared, less_states_with, likeliest_shares, window_densities
+from gap.evidence.noise.ornstein_uhlenbeck import OCTAVE, at_rung, rung
+from gap.evidence.noise.whitening import Numbers, Part, Whitening
+
+_SMALLEST, _LARGEST = 0.02, 1e6  # of δ, in units of the noise: less changes nothing, more is a simulation that ran away
+_LEAST_SHARE, _MOST_SHARE = 1e-3, 3.0
+_STEPS = (OCTAVE, 1)  # of δ, T and η, as rungs; doubled as long as that helps
+_GAIN = 0.01  # of ln p, below which a step is none
+_LEAPS = (0.1, 0.4, 1.6)
+_SWEEPS = 4  # over the channels, at each step
+_TIMES = OCTAVE * np.arange(-3, 8)  # of δ in a window …
+_NEAR = (-OCTAVE, 0, OCTAVE)  # … and from what it had, for a model close by
+
+
+@dataclass(frozen=True, slots=True)
+class _Rungs:
+    """A discrepancy on the ladder: δ and T of every channel, s of the windows of every log, windows × channels; η as it is."""
+
+    sizes: Numbers
+    memories: Numbers
+    times: tuple[Numbers, ...]
+    share: float
+
+    def moved(self, c: int, size: int, memory: int) -> _Rungs:
+        """With another δ and T of one channel."""
+        sizes, memories = self.sizes.copy(), self.memories.copy()
+        sizes[c], memories[c] = size, memory
+        return replace(self, sizes=sizes, memories=memories)
+
+    @property
+    def alike(self) -> Discrepancy:
+        """The values, with windows that have the same δ."""
+        return Discrepancy(at_rung(self.sizes), at_rung(self.memories), self.share)
+
+    @property
+    def values(self) -> Discrepancy:
+        return replace(self.alike, times=tuple(at_rung(t) for t in self.times))
+
+
+class Search:
+    """`left`: residuals of every log; `prior`: ln p(δ, T, η); `moves_share`: whether η is looked for too."""
+
+    def __init__(
+        self,
+        logs: Sequence[Whitening],
+        left: Sequence[Array],
+        prior: Callable[[Discrepancy], float],
+        start: Discrepancy,
+        moves_share: bool = True,
+    ) -> None:
+        self._logs, self._prior = logs, prior
+        self._moves_share = moves_share and logs[0].forms > 0
+        channels = range(len(start.sd))
+        self._left = [[np.ascontiguousarray(own[..., c].T) for own in left] for c in channels]
+        self._sizes = _rungs(_SMALLEST, _LARGEST)
+        longest_s = max(log.experiment.plan.rows * log.experiment.plan.period_s for log in logs)
+        self._memories = _rungs(min(log.period_s for log in logs), longest_s)
+        self.moving = [c for c in channels if any(log.there[..., c].any() for log in logs)]
+        self._at = self._on_ladder(start)
+        self._parts = [self._of_channel(c, self._at) for c in channels]
+        self._whole = [np.sum([part.whole for part in parts], axis=0) for parts in zip(*self._parts, strict=True)]
+        self.value = self._value(self._total(self._whole), self._at)
+
+    @property
+    def found(self) -> Discrepancy:
+        return self._at.values
+
+    def whole(self) -> Search:
+        """From anywhere."""
+        for c in self.moving:
+            self._leap(c)
+        for steps, near in ((_STEPS, False), (_STEPS[-1:], True)):
+            self._settle(steps)
+            for c in self.moving:
+                self._weigh_windows(c, near)
+        return self
+
+    def near(self) -> Search:
+        """From what it was for a model close by: once over the channels, since the model moves on."""
+        self._settle(_STEPS[-1:], 1)
+        for c in self.moving:
+            self._weigh_windows(c, True)
+        return self
+
+    def _on_ladder(self, start: Discrepancy) -> _Rungs:
+        sizes = np.clip(rung(np.maximum(start.sd, _SMALLEST)), *self._sizes)
+        times = tuple(rung(t) for t in start.times) or tuple(np.zeros((len(log.there), len(sizes)), np.int64) for log in self._logs)
+        return _Rungs(sizes, np.clip(rung(start.time_s), *self._memories), times, start.share)
+
+    def _leap(self, c: int) -> None:
+        """To a typical T and some size: where δ is nearly nothing, or T as long as a window, small steps change nothing."""
+        others = self._others(c)
+        for sd in _LEAPS:
+            self._try(c, others, int(rung(sd)), int(rung(MEMORY_S)))
+
+    def _settle(self, steps: Sequence[int], sweeps: int = _SWEEPS) -> None:
+        """δ and T of every channel, and η, until no step gains anything. Channels hardly touch each other: one that gained nothing is not
+        asked again."""
+        for step in steps:
+            asked = self.moving
+            for _ in range(sweeps):
+                asked = [c for c in asked if self._improve(c, step)]
+                if not self._improve_share(step) and not asked:
+                    break
+
+    def _improve(self, c: int, step: int) -> bool:
+        """Whether a step of this channel's δ or T, or of both, either way, gave a larger density."""
+        others, gained = self._others(c), False
+        for size, memory in ((step, 0), (0, step), (step, 2 * step)):  # the last: δ² / T held
+            gained = self._followed(c, others, size, memory) or self._followed(c, others, -size, -memory) or gained
+        return gained
+
+    def _followed(self, c: int, others: Sequence[Array], size: int, memory: int) -> bool:
+        """Whether a change of δ and T gained anything; it is doubled as long as it does."""
+        gained = False
+        while self._try(c, others, self._at.sizes[c] + size, self._at.memories[c] + memory):
+            gained, size, memory = True, 2 * size, 2 * memory
+        return gained
+
+    def _improve_share(self, step: int) -> bool:
+        """The same of η."""
+        if not self._moves_share:
+            return False
+        total, before = self._total(self._whole), self.value
+        for side in (step, -step):
+            while self._try_share(total, side):
+                side *= 2
+        return self.value > before
+
+    def _try_share(self, total: Weighed, rungs: int) -> bool:
+        there = replace(self._at, share=float(np.clip(self._at.share * at_rung(rungs), _LEAST_SHARE, _MOST_SHARE)))
+        value = self._value(total, there)
+        if not value > self.value + _GAIN:
+            return False
+        self._at, self.value = there, value
+        return True
+
+    def _weigh_windows(self, c: int, near: bool) -> None:
+        """Every window's own times of this channel's δ, beside the other channels and the likeliest shares of other friction."""
+        now, others = self._at.times, self._others(c)
+        options = [tuple(np.clip(t + s, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
+        tries = [self._of_channel(c, replace(self._at, times=times)) for times in options]
+        rest = np.append(-likeliest_shares(self._whole, [log.states for log in self._logs], self._logs[0].forms, self._at.share), 1.0)
+        found = [t.copy() for t in now]
+        for n, log in enumerate(self._logs):
+            offered = np.stack([times[n][:, c] for times in options])
+            values = np.stack([window_densities(others[n] + one[n].whole, log.states, rest) - 0.5 * one[n].log_det for one in tries])
+            values -= 0.5 * (np.log(at_rung(offered)) / SPREAD) ** 2
+            found[n][:, c] = np.take_along_axis(offered, np.argmax(values, axis=0)[None], axis=0)[0]
+        self._accept(c, others, self._about_one(c, found))
+
+    def _about_one(self, c: int, times: Sequence[Numbers]) -> _Rungs:
+        """The same sizes with δ at the windows' geometric mean, where the prior of s wants it."""
+        size = int(np.clip(self._at.sizes[c] + np.rint(np.mean(np.concatenate([t[:, c] for t in times]))), *self._sizes))
+        for t in times:
+            t[:, c] += self._at.sizes[c] - size
+        return replace(self._at.moved(c, size, int(self._at.memories[c])), times=tuple(times))
+
+    def _try(self, c: int, others: Sequence[Array], size: int, memory: int) -> bool:
+        size, memory = int(np.clip(size, *self._sizes)), int(np.clip(memory, *self._memories))
+        if size == self._at.sizes[c] and memory == self._at.memories[c]:
+            return False
+        return self._accept(c, others, self._at.moved(c, size, memory))
+
+    def _accept(self, c: int, others: Sequence[Array], there: _Rungs) -> bool:
+        """Whether a discrepancy that differs in one channel gives a larger density; then it is the one found."""
+        old, self._parts[c] = self._parts[c], self._of_channel(c, there)
+        value = self._value(self._total(others, self._parts[c]), there)
+        if not value > self.value + _GAIN:
+            self._parts[c] = old
+            return False
+        self._at, self.value = there, value
+        self._whole = [other + part.whole for other, part in zip(others, self._parts[c], strict=True)]
+        return True
+
+    def _others(self, c: int) -> list[Array]:
+        """What all channels but one add."""
+        return [whole - part.whole for whole, part in zip(self._whole, self._parts[c], strict=True)]
+
+    def _of_channel(self, c: int, there: _Rungs) -> list[Part]:
+        sizes = [there.sizes[c] + times[:, c] for times in there.times]
+        return [log.part(c, own, size, int(there.memories[c])) for log, own, size in zip(self._logs, self._left[c], sizes, strict=True)]
+
+    def _total(self, whole: Sequence[Array], parts: Sequence[Part] = ()) -> Weighed:
+        """What windows' own states leave of all inner products together; `parts`: of one channel, to be added to `whole`."""
+        of_logs = [less_states_with(all_of, parts[n] if parts else None, self._logs[n].states) for n, all_of in enumerate(whole)]
+        log_dets = sum(float(part.log_det.sum()) for own in self._parts for part in own)
+        return Weighed(sum((w.inner for w in of_logs), np.zeros(())), log_dets + sum(w.log_det for w in of_logs))
+
+    def _value(self, total: Weighed, there: _Rungs) -> float:
+        found = less_shared(total, self._logs[0].forms, there.share)
+        return -0.5 * (float(found.inner[0, 0]) + found.log_det) + self._prior(there.alike) + _log_prior_of(there.times)
+
+
+def _log_prior_of(times: Sequence[Numbers]) -> float:
+    """ln p(ln s) of all windows."""
+    return -0.5 * sum(float(np.sum(np.log(at_rung(own)) ** 2)) for own in times) / SPREAD**2
+
+
+def _rungs(low: float, high: float) -> tuple[int, int]:
+    return int(rung(low)), int(rung(high))
+
+
+def _alike(now: Sequence[Numbers]) -> list[tuple[Numbers, ...]]:
+    """All windows with the same times, as often as there are."""
+    return [tuple(np.full_like(t, s) for t in now) for s in _TIMES]

@@ -1,0 +1,244 @@
+"""What C⁻¹ makes of the rows that are integrated out, [A B], kept for every δ and T that was asked for.
+
+While constants are fitted these rows stay the same; only the residuals change. So of the inner products
+
+    G = [A B x]ᵀ C⁻¹ [A B x]
+
+the part of [A B] is taken once for every channel, window, δ and T (all on the rungs of a ladder, ornstein_uhlenbeck), and a try of another
+discrepancy costs one filter of x, forwards and back. What is kept is a memory of a pure function: the result is the same without it.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gap.data.measured import Array
+from gap.data.windows import Experiment
+from gap.evidence.noise.ornstein_uhlenbeck import Filter, at_rung, filter_of, gains_of_channel, rung, sample_period_s
+from gap.evidence.noise.unknowns import Unknowns
+
+Numbers = NDArray[np.int64]
+_LOWEST, _HIGHEST = (int(rung(value)) for value in (1e-3, 1e8))  # of δ in a window
+_KEPT_BYTES = 200_000_000  # of one log and channel; then it is begun anew
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What one channel adds in one log: inner products of [A B] in every window, `numbers` into `grams`; `cross`, what x and each of
+    [A B x] have; log|C| of every window."""
+
+    grams: Array
+    numbers: Numbers
+    cross: Array
+    log_det: Array
+
+    @property
+    def whole(self) -> Array:
+        """Inner products of [A B x], one matrix a window."""
+        return joined(self.grams[self.numbers], self.cross[:, None, :-1], self.cross[:, -1:, None])
+
+
+@dataclass(slots=True)
+class _Kept:
+    """Of one channel and T: inner products of [A B] in a window with a δ; `where`: windows × rungs, −1 for none."""
+
+    where: Numbers
+    grams: Array
+    log_det: Array
+    count: int = 0
+
+    def with_room(self, more: int) -> None:
+        """Room for so many; what was handed out before stays as it was."""
+        if self.count + more > len(self.grams):
+            size = max(2 * len(self.grams), self.count + more)
+            grams, log_det = np.empty((size, *self.grams.shape[1:])), np.empty(size)
+            grams[: self.count], log_det[: self.count] = self.grams[: self.count], self.log_det[: self.count]
+            self.grams, self.log_det = grams, log_det
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """One log with what its readings hang on."""
+
+    experiment: Experiment
+    unknowns: Unknowns
+    _kept: dict[tuple[int, int], _Kept] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def states(self) -> int:
+        """Unknowns of a window's own: the first rows."""
+        return len(self.unknowns.states)
+
+    @property
+    def forms(self) -> int:
+        """Those that all windows share: the rows that follow."""
+        return len(self.unknowns.forms)
+
+    @cached_property
+    def there(self) -> NDArray[np.bool_]:
+        """What was measured, windows × samples × channels."""
+        return np.isfinite(self.experiment.measured)
+
+    @cached_property
+    def _samples_there(self) -> list[NDArray[np.bool_]]:
+        """The same of every channel, samples × windows."""
+        return [np.ascontiguousarray(self.there[:, :, c].T) for c in range(self.there.shape[2])]
+
+    @cached_property
+    def period_s(self) -> float:
+        return sample_period_s(self.experiment)
+
+    @cached_property
+    def _by_channel(self) -> list[Array]:
+        """[A B] of every channel, windows × samples × numbers."""
+        rows = np.concatenate([self.unknowns.states, self.unknowns.forms])
+        return [np.ascontiguousarray(np.moveaxis(rows[..., c], 0, -1)) for c in range(rows.shape[-1])]
+
+    @cached_property
+    def _by_window(self) -> Array:
+        """[A B] of every window, windows × values × numbers."""
+        rows = np.concatenate([self.unknowns.states, self.unknowns.forms])
+        numbers, windows, samples, channels = rows.shape
+        return np.ascontiguousarray(np.moveaxis(rows, 0, -1)).reshape(windows, samples * channels, numbers)
+
+    def part(self, c: int, left: Array, sizes: Numbers, time: int) -> Part:
+        """Of one channel with the residuals `left` (samples × windows), δ of every window and T as rungs."""
+        sizes = np.clip(sizes, _LOWEST, _HIGHEST)
+        kept, numbers = self._of_unknowns(c, sizes, time)
+        cross, solved = np.empty((len(sizes), self.states + self.forms + 1)), np.empty(left.shape)
+        _solved(left, self._samples_there[c], at_rung(sizes) ** 2, self._decay(time), solved, cross[:, -1])
+        _products(self._by_channel[c], solved, cross)
+        return Part(kept.grams, numbers, cross, kept.log_det[numbers])
+
+    def grams(self, rows: Array, sd: Array, time_s: Array) -> tuple[Array, Array]:
+        """Inner products of [A B x] in every window for rows x (numbers × windows × samples × channels), and log|C|, windows × channels.
+        `sd`: windows × channels, or one a channel."""
+        windows, _, channels = self.there.shape
+        sizes = np.broadcast_to(np.clip(rung(sd), _LOWEST, _HIGHEST), (windows, channels))
+        times = rung(time_s)
+        of_unknowns = np.zeros((windows, self.states + self.forms, self.states + self.forms))
+        for c in range(channels):
+            kept, numbers = self._of_unknowns(c, sizes[:, c], int(times[c]))
+            of_unknowns += kept.grams[numbers]
+        made = filter_of(self.there, at_rung(sizes), at_rung(times), self.period_s)
+        return joined(of_unknowns, *self._side_by_side(made, rows)), made.log_det
+
+    def _side_by_side(self, made: Filter, rows: Array) -> tuple[Array, Array]:
+        """Inner products of rows x with [A B], and among themselves; a share of the windows on every thread."""
+        workers, unknowns = max(self.experiment.workers, 1), self._by_window
+
+        def of_windows(part: slice) -> tuple[Array, Array]:
+            white, solved = made.of_windows(part).applied(rows[:, part])
+            return np.matmul(solved, unknowns[part]), np.matmul(white, white.transpose(0, 2, 1))
+
+        cuts = np.linspace(0, len(made.gain), workers + 1).astype(int)
+        with ThreadPoolExecutor(workers) as pool:
+            parts = list(pool.map(lambda ends: of_windows(slice(*ends)), pairwise(cuts)))
+        return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+
+    def _decay(self, time: int) -> float:
+        return float(np.exp(-self.period_s / at_rung(time)))
+
+    def _of_unknowns(self, c: int, sizes: Numbers, time: int) -> tuple[_Kept, Numbers]:
+        """What is kept of a channel and T, and where every window's own stands in it."""
+        kept, windows = self._kept.get((c, time)), np.arange(len(sizes))
+        if kept is None:
+            kept = self._begun(c, time)
+        numbers = kept.where[windows, sizes - _LOWEST]
+        new = np.flatnonzero(numbers < 0)
+        if not len(new):
+            return kept, numbers
+        kept.with_room(len(new))
+        made = np.arange(kept.count, kept.count + len(new))
+        there, decay = self.there[new, :, c], self._decay(time)
+        gain, root = np.zeros(there.shape), np.zeros(there.shape)
+        gains_of_channel(there, at_rung(sizes[new]) ** 2, decay, gain, root)
+        kept.log_det[made] = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=1)
+        white = np.empty((len(new), *self._by_channel[c].shape[1:]))
+        _whiten(self._by_channel[c][new], gain, root, decay, white)
+        kept.grams[made] = np.matmul(white.transpose(0, 2, 1), white)
+        kept.where[new, sizes[new] - _LOWEST] = numbers[new] = made
+        kept.count += len(new)
+        return kept, numbers
+
+    def _begun(self, c: int, time: int) -> _Kept:
+        """Nothing kept yet of a channel and T; if the channel holds too much already, all of it is let go."""
+        own = [key for key in self._kept if key[0] == c]
+        if sum(self._kept[key].grams.nbytes for key in own) > _KEPT_BYTES:
+            for key in own:
+                del self._kept[key]
+        numbers = self.states + self.forms
+        where = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1)
+        return self._kept.setdefault((c, time), _Kept(where, np.empty((len(self.there), numbers, numbers)), np.empty(len(self.there))))
+
+
+def joined(of_unknowns: Array, cross: Array, own: Array) -> Array:
+    """One matrix a window of the inner products of [A B], of x with these, and of x."""
+    numbers = of_unknowns.shape[1]
+    whole = np.empty((len(own), numbers + own.shape[1], numbers + own.shape[1]))
+    whole[:, :numbers, :numbers], whole[:, numbers:, numbers:] = of_unknowns, own
+    whole[:, numbers:, :numbers], whole[:, :numbers, numbers:] = cross, cross.transpose(0, 2, 1)
+    return whole
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _whiten(rows: Array, gain: Array, root: Array, decay: float, out: Array) -> None:
+    """C^(−1/2) of rows of one channel, windows × samples × numbers: as fast as a processor's vectors are wide."""
+    windows, samples, numbers = rows.shape
+    mean = np.empty(numbers)
+    for w in range(windows):
+        mean[:] = 0.0
+        for i in range(samples):
+            kept, scale = gain[w, i], root[w, i]
+            for k in range(numbers):
+                innovation = rows[w, i, k] - mean[k]
+                out[w, i, k] = innovation * scale
+                mean[k] = (mean[k] + kept * innovation) * decay
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _solved(left: Array, there: NDArray[np.bool_], variance: Array, decay: float, out: Array, squares: Array) -> None:
+    """C⁻¹ x of one channel, samples × windows, and xᵀ C⁻¹ x: the filter forwards, its transpose backwards, all windows side by side."""
+    samples, windows = left.shape
+    gain, root = np.zeros(left.shape), np.zeros(left.shape)
+    p, mean, innovation = variance.copy(), np.zeros(windows), np.zeros(windows)
+    fresh = (1.0 - decay**2) * variance
+    for i in range(samples):
+        for w in range(windows):
+            seen = 1.0 if there[i, w] else 0.0
+            gain[i, w] = seen * p[w] / (p[w] + 1.0)
+            root[i, w] = seen / np.sqrt(p[w] + 1.0)
+            innovation[w] = left[i, w] - mean[w]
+            out[i, w] = innovation[w] * root[i, w]
+            mean[w] = (mean[w] + gain[i, w] * innovation[w]) * decay
+            p[w] = decay**2 * p[w] * (1.0 - gain[i, w]) + fresh[w]
+    squares[:] = 0.0
+    mean[:] = 0.0
+    for i in range(samples - 1, -1, -1):
+        for w in range(windows):
+            squares[w] += out[i, w] ** 2
+            onward = decay * mean[w]
+            out[i, w] = out[i, w] * root[i, w] + gain[i, w] * onward
+            mean[w] = onward - out[i, w]
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _products(rows: Array, solved: Array, out: Array) -> None:
+    """Of every window's rows with its solved residuals (samples × windows)."""
+    windows, samples, numbers = rows.shape
+    sums = np.empty(numbers)
+    for w in range(windows):
+        sums[:] = 0.0
+        for i in range(samples):
+            value = solved[i, w]
+            for k in range(numbers):
+                sums[k] += value * rows[w, i, k]
+        for k in range(numbers):
+            out[w, k] = sums[k]
