@@ -11,11 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis, Suspect, beyond, hypothesis_at, strained
-from gap.evidence.screening import Promise, Screen, signatures_of
+from gap.evidence.score.hypothesis import Hypothesis, Suspect, doubtful, hypothesis_at
+from gap.evidence.screening import Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
 from gap.signatures.candidates import Candidate
@@ -25,15 +26,47 @@ _FOLLOWED = 6  # best promises of a screening that are followed along straight l
 
 def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
-    present = {h.labels for h in search.fitted} | {w.labels for w in search.waiting}
-    suspects = [s for s in search.suspects_beside(base) if base.labels | {s.label} not in present]
+    suspects = _new_beside(search, base)
     waiting = _promised(search, base, suspects, base.log_z)
-    if not np.any(beyond(search.seen, base)) and not strained(search.seen, base):
+    if not doubtful(search.seen, base):
         return replace(search, waiting=(*search.waiting, *waiting))
     own_constants = at_own_constants(search, base)
     afresh = hypothesis_of(search.seen, base.suspects, descended(search.seen, own_constants.at))
     waiting += _promised(search, own_constants, suspects, afresh.log_z)
-    return replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, afresh))
+    search = replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, afresh))
+    for sign in (s for s in search.suspects_beside(base) if not isinstance(s, Changed) and not s.free):
+        search = _with_sign(search, base, sign, max((w.gain for w in waiting if w.promise.suspect.label == sign.label), default=-np.inf))
+    return search
+
+
+def _with_sign(search: EvidenceSearch, base: Hypothesis, sign: Candidate, gain: float) -> EvidenceSearch:
+    """All sets with a sensor's sign turned and one suspect more, where the turned sign is about as probable: of a sensor that is reversed
+    and late neither shows without the other. `gain`: what the sign by itself promises."""
+    turned = search.known(base.labels | {sign.label})
+    if turned is None and gain > NEGLIGIBLE:
+        there = with_columns(search.seen, base.model.with_effect(sign.entry, sign.free), base.at.jacobian, base.at.discrepancy)
+        turned = hypothesis_of(search.seen, (*base.suspects, sign), descended(search.seen, there))
+        search = replace(search, fitted=(*search.fitted, turned))
+    if turned is None or turned.log_z < base.log_z + NEGLIGIBLE:
+        return search
+    waiting = _promised(search, turned, _new_beside(search, turned), turned.log_z)
+    return replace(search, waiting=(*search.waiting, *waiting))
+
+
+def beside_start(search: EvidenceSearch, first: Open) -> EvidenceSearch:
+    """All sets of a waiting one and one suspect more, with what they promise where its own suspect is tried, not where it ends alone."""
+    start, suspects = start_of(first.base.model, first.promise), (*first.base.suspects, first.promise.suspect)
+    there = hypothesis_of(search.seen, suspects, with_columns(search.seen, start, first.base.at.jacobian, first.base.at.discrepancy))
+    alone = hypothesis_of(search.seen, suspects, descended(search.seen, there.at))
+    search = replace(search, fitted=at_best(search.fitted, alone))
+    waiting = _promised(search, there, _new_beside(search, there), alone.log_z)
+    return replace(search, waiting=(*search.waiting, *waiting))
+
+
+def _new_beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
+    """Suspects with which `base` makes a set that is neither fitted nor waiting."""
+    present = {h.labels for h in search.fitted} | {w.labels for w in search.waiting}
+    return [s for s in search.suspects_beside(base) if base.labels | {s.label} not in present]
 
 
 def in_its_place(search: EvidenceSearch, there: Hypothesis, descended_there: Hypothesis) -> EvidenceSearch:

@@ -25,7 +25,7 @@ _DAMPINGS = (0.0, 1.0, 10.0, 1e2, 1e3, 1e4)  # Levenberg-Marquardt, times the pr
 _ENOUGH = 0.3  # of ln p: a step that gains less ends the fit
 FEW_PASSES, MOST_PASSES = 2, 8  # of fits with sensitivities taken anew: before it is known that a fit is worth more, and at most
 _MAGNITUDES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # in standard deviations of the logarithm
-_SETTLED = 2.0  # of ln Z: a descent with fresh sensitivities that gains less was the last
+_SETTLED = 0.5  # of ln Z: a descent with fresh sensitivities that gains less was the last
 
 
 def point_of(seen: Seen, model: Model, discrepancy: Discrepancy, known: Sequence[Array] = ()) -> Point:

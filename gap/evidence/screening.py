@@ -47,6 +47,11 @@ class Promise:
     log_z: float
     signature: LinearSignature | None = None
 
+    @property
+    def has_size(self) -> bool:
+        """Whether it is an effect that has a size."""
+        return self.signature is not None and bool(self.signature.suspect.free)
+
 
 @dataclass(frozen=True, slots=True)
 class Freed:

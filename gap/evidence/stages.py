@@ -8,17 +8,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.lines import joined
-from gap.evidence.promises import at_own_constants, in_its_place, widened
+from gap.evidence.promises import at_own_constants, beside_start, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, Suspect, about_fit, beyond, reweighed
+from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, Suspect, about_fit, beyond, doubtful, reweighed
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.fitting.model import Model
@@ -29,6 +29,7 @@ Stage = Callable[[EvidenceSearch, Progress], EvidenceSearch]
 
 _ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
 _MOST_EFFECTS = 3  # in one set: more than three at once have a probability of 2 % beforehand
+_FIRST_ONES = 2  # suspects beside a best set that leaves too much, with which a second one is looked for at once
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
 _ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
 
@@ -53,11 +54,28 @@ def grown(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """One suspect more, as long as the posterior grows with it."""
     while len(search.best.suspects) < _MOST_EFFECTS:
         best = search.best
-        search = _decided(widened(search, best), best, progress, 0 if best.suspects else _ALWAYS)
+        wide = widened(search, best)
+        search = _decided(wide, best, progress, 0 if best.suspects else _ALWAYS)
+        search = _two_at_once(search, best, wide.waiting, progress)
         if search.best.labels == best.labels:
             break
         search = _about_best(search, best)
     return search
+
+
+def _two_at_once(search: EvidenceSearch, best: Hypothesis, promised: Sequence[Open], progress: Progress) -> EvidenceSearch:
+    """Neither of two effects may show without the other, as a link that bends and a late sensor at its tip: alone the first one ends where
+    it does nothing. So where a set stays the best and leaves more than honest models leave, or its constants have gone far to leave less, a
+    second suspect is looked for where the most promising first ones are tried."""
+    if search.best.labels != best.labels or len(best.suspects) + 2 > _MOST_EFFECTS or not doubtful(search.seen, best):
+        return search
+    firsts: dict[frozenset[str], Open] = {}
+    for waiting in sorted(promised, key=lambda w: -w.gain):
+        if waiting.base.labels == best.labels and waiting.promise.has_size:
+            firsts.setdefault(waiting.labels, waiting)
+    for first in list(firsts.values())[:_FIRST_ONES]:
+        search = beside_start(search, first)
+    return _decided(search, best, progress, 0)
 
 
 def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:

@@ -20,7 +20,7 @@ EFFECT = Effect(
     order=270,
     writes=(Write("delay", S.DELAY),),
     neutral={"delay": 0.0},
-    search=Search(Equation.SENSOR, (up("delay", lambda s: 0.002, 50, (1.0, 5.0)),)),
+    search=Search(Equation.SENSOR, (up("delay", lambda s: 0.002, 50, (1.0, 5.0, 25.0)),)),
     fingerprint="One signal is late against all others.",
     look_alikes={
         "transport_delay": "then everything behind the valve is late",

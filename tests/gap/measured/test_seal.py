@@ -38,3 +38,16 @@ def test_friction_grows_with_pressure(tmp_path: Path) -> None:
     content = measured_logs.findings(tmp_path, "seal_rig", fit, holdout)
     assert "pressure_friction" in measured_logs.names(content)
     assert not {"sensor_offset", "gravity"} & set(measured_logs.names(content))
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_by_evidence_friction_grows_with_pressure_where_the_fit_logs_span_it(tmp_path: Path) -> None:
+    """Fitted at 1 and 7 bar, decided at 3 and 5. (At 3 and 5 bar alone friction differs by a quarter, and one name is enough.)"""
+    fit = measured_logs.logs(tmp_path, DATA, "seal_rig", [f"O-ring_{bar}bar" for bar in (1, 7)])
+    holdout = measured_logs.logs(tmp_path, DATA, "seal_rig", [f"O-ring_{bar}bar" for bar in (3, 5)])
+    content = measured_logs.findings(tmp_path, "seal_rig", fit, holdout, "evidence")
+    found = {f["effect"]: f for f in content["leads"]}
+    assert found["pressure_friction"]["probability"] > 0.95
+    assert found["coulomb_friction"]["probability"] > 0.95
+    assert not {"sensor_offset", "gravity"} & set(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -38,9 +38,11 @@ def _cut(source: Path, target: Path, rows: Rows) -> Path:
     return target
 
 
-def findings(folder: Path, rig: Path | str, fit: Sequence[Path], holdout: Sequence[Path]) -> dict[str, Any]:
+def findings(
+    folder: Path, rig: Path | str, fit: Sequence[Path], holdout: Sequence[Path], decide: Literal["gates", "evidence"] = "gates"
+) -> dict[str, Any]:
     """findings.json of a search with the default settings, without a proposed maneuver."""
-    find(rig, fit, holdout, folder / "out", lambda line: None, Settings(propose=False))
+    find(rig, fit, holdout, folder / "out", lambda line: None, Settings(propose=False, decide=decide))
     content: dict[str, Any] = json.loads((folder / "out" / "findings.json").read_text())
     return content
 
