@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gap.evidence.noise.discrepancy import on_other_logs
+from gap.evidence.noise.discrepancy_search import on_other_logs
 from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, opened, point_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 

@@ -49,8 +49,7 @@ def _with_sign(search: EvidenceSearch, base: Hypothesis, sign: Candidate, gain: 
         search = replace(search, fitted=(*search.fitted, turned))
     if turned is None or turned.log_z < base.log_z + NEGLIGIBLE:
         return search
-    waiting = _promised(search, turned, _new_beside(search, turned), turned.log_z)
-    return replace(search, waiting=(*search.waiting, *waiting))
+    return _promising(search, turned, _new_beside(search, turned), turned.log_z)
 
 
 def beside_start(search: EvidenceSearch, first: Open) -> EvidenceSearch:
@@ -59,8 +58,7 @@ def beside_start(search: EvidenceSearch, first: Open) -> EvidenceSearch:
     there = hypothesis_of(search.seen, suspects, with_columns(search.seen, start, first.base.at.jacobian, first.base.at.discrepancy))
     alone = hypothesis_of(search.seen, suspects, descended(search.seen, there.at))
     search = replace(search, fitted=at_best(search.fitted, alone))
-    waiting = _promised(search, there, _new_beside(search, there), alone.log_z)
-    return replace(search, waiting=(*search.waiting, *waiting))
+    return _promising(search, there, _new_beside(search, there), alone.log_z)
 
 
 def _new_beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
@@ -74,7 +72,12 @@ def in_its_place(search: EvidenceSearch, there: Hypothesis, descended_there: Hyp
     constants are not torn there, and what does the same as that suspect shows by how much. `descended_there`: to where that is fitted."""
     fitted = {h.labels for h in search.fitted}
     suspects = [s for s in search.suspects_beside(there) if there.labels | {s.label} not in fitted]
-    return replace(search, waiting=(*search.waiting, *_promised(search, there, suspects, descended_there.log_z)))
+    return _promising(search, there, suspects, descended_there.log_z)
+
+
+def _promising(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], level: float) -> EvidenceSearch:
+    """The search with what every suspect promises beside one start among what waits."""
+    return replace(search, waiting=(*search.waiting, *_promised(search, start, suspects, level)))
 
 
 def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], level: float) -> list[Open]:

@@ -1,5 +1,4 @@
-"""How large the discrepancy is: δ and T of every channel, the times s of every window, and the share η, where the log density of the
-residuals, with their priors, is largest.
+"""What is known beforehand of the discrepancy: δ and T of every channel, the times s of every window, and the share η.
 
 δ has a half-Cauchy prior of the scale that honest models leave (gap.evidence.deciding_numbers), η a half-normal, T and s log-normal ones.
 The Cauchy's tail is long because no prior must decide where much is left: a half-normal's would pay 38 of ln p for a δ of 18 scales
@@ -8,32 +7,11 @@ instead of 20, whatever the logs say (Gelman 2006, "Prior distributions for vari
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 
 from gap.data.measured import Array
 from gap.evidence.deciding_numbers import MEMORY_S, OTHER_FORM, SPREAD
-from gap.evidence.noise.discrepancy_search import Search
 from gap.evidence.noise.noise_model import Discrepancy
-from gap.evidence.noise.whitening import Whitening
-
-
-def fitted_discrepancy(
-    logs: Sequence[Whitening], left: Sequence[Array], scales: Array, start: Discrepancy, near: bool = False
-) -> Discrepancy:
-    """For residuals `left` (windows × samples × channels of every log, in noise). `scales`: of δ's prior, one a channel. `near`: it was
-    found for a model close by."""
-    search = Search(logs, left, lambda there: log_prior_of_sizes(there, scales), start)
-    return (search.near() if near else search.whole()).found
-
-
-def on_other_logs(logs: Sequence[Whitening], left: Sequence[Array], scales: Array, start: Discrepancy) -> tuple[Discrepancy, float]:
-    """For logs that were not fitted, with η as it is: the likeliest δ, T and times there (what a model leaves depends on the motion), and
-    ln p of the logs and of these."""
-    search = Search(logs, left, lambda there: log_prior_of_sizes(there, scales), replace(start, times=()), False).whole()
-    return search.found, search.value
 
 
 def log_prior_of_sizes(discrepancy: Discrepancy, scales: Array) -> float:

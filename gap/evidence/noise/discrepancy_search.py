@@ -1,4 +1,5 @@
-"""The search for δ, T, s and η: one channel after the other, up and down the ladder of their values (ornstein_uhlenbeck).
+"""The search for δ, T, s and η where the log density of the residuals, with their priors, is largest: one channel after the other, up and
+down the ladder of their values (ornstein_uhlenbeck).
 
 Channels meet only in what they hang on together (unknowns): each adds its own inner products, so that a try of one channel costs one filter
 of its residuals, a try of η none.
@@ -6,13 +7,14 @@ of its residuals, a try of η none.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gap.data.measured import Array
 from gap.evidence.deciding_numbers import MEMORY_S, SPREAD
+from gap.evidence.noise.discrepancy import log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, less_shared, less_states_with, likeliest_shares, window_densities
 from gap.evidence.noise.ornstein_uhlenbeck import OCTAVE, at_rung, rung
 from gap.evidence.noise.whitening import Numbers, Part, Whitening
@@ -25,6 +27,22 @@ _LEAPS = (0.1, 0.4, 1.6)
 _SWEEPS = 4  # over the channels, at each step
 _TIMES = OCTAVE * np.arange(-3, 8)  # of δ in a window …
 _NEAR = (-OCTAVE, 0, OCTAVE)  # … and from what it had, for a model close by
+
+
+def fitted_discrepancy(
+    logs: Sequence[Whitening], left: Sequence[Array], scales: Array, start: Discrepancy, near: bool = False
+) -> Discrepancy:
+    """For residuals `left` (windows × samples × channels of every log, in noise). `scales`: of δ's prior, one a channel. `near`: it was
+    found for a model close by."""
+    search = _Search(logs, left, scales, start)
+    return (search.near() if near else search.whole()).found
+
+
+def on_other_logs(logs: Sequence[Whitening], left: Sequence[Array], scales: Array, start: Discrepancy) -> tuple[Discrepancy, float]:
+    """For logs that were not fitted, with η as it is: the likeliest δ, T and times there (what a model leaves depends on the motion), and
+    ln p of the logs and of these."""
+    search = _Search(logs, left, scales, replace(start, times=()), False).whole()
+    return search.found, search.value
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,27 +61,22 @@ class _Rungs:
         return replace(self, sizes=sizes, memories=memories)
 
     @property
-    def alike(self) -> Discrepancy:
-        """The values, with windows that have the same δ."""
-        return Discrepancy(at_rung(self.sizes), at_rung(self.memories), self.share)
-
-    @property
     def values(self) -> Discrepancy:
-        return replace(self.alike, times=tuple(at_rung(t) for t in self.times))
+        return Discrepancy(at_rung(self.sizes), at_rung(self.memories), self.share, tuple(at_rung(t) for t in self.times))
 
 
-class Search:
-    """`left`: residuals of every log; `prior`: ln p(δ, T, η); `moves_share`: whether η is looked for too."""
+class _Search:
+    """As for fitted_discrepancy; `moves_share`: whether η is looked for too."""
 
     def __init__(
         self,
         logs: Sequence[Whitening],
         left: Sequence[Array],
-        prior: Callable[[Discrepancy], float],
+        scales: Array,
         start: Discrepancy,
         moves_share: bool = True,
     ) -> None:
-        self._logs, self._prior = logs, prior
+        self._logs, self._scales = logs, scales
         self._moves_share = moves_share and logs[0].forms > 0
         channels = range(len(start.sd))
         self._left = [[np.ascontiguousarray(own[..., c].T) for own in left] for c in channels]
@@ -80,7 +93,7 @@ class Search:
     def found(self) -> Discrepancy:
         return self._at.values
 
-    def whole(self) -> Search:
+    def whole(self) -> _Search:
         """From anywhere."""
         for c in self.moving:
             self._leap(c)
@@ -90,7 +103,7 @@ class Search:
                 self._weigh_windows(c, near)
         return self
 
-    def near(self) -> Search:
+    def near(self) -> _Search:
         """From what it was for a model close by: once over the channels, since the model moves on."""
         self._settle(_STEPS[-1:], 1)
         for c in self.moving:
@@ -203,13 +216,9 @@ class Search:
         return Weighed(sum((w.inner for w in of_logs), np.zeros(())), log_dets + sum(w.log_det for w in of_logs))
 
     def _value(self, total: Weighed, there: _Rungs) -> float:
-        found = less_shared(total, self._logs[0].forms, there.share)
-        return -0.5 * (float(found.inner[0, 0]) + found.log_det) + self._prior(there.alike) + _log_prior_of(there.times)
-
-
-def _log_prior_of(times: Sequence[Numbers]) -> float:
-    """ln p(ln s) of all windows."""
-    return -0.5 * sum(float(np.sum(np.log(at_rung(own)) ** 2)) for own in times) / SPREAD**2
+        found, values = less_shared(total, self._logs[0].forms, there.share), there.values
+        prior = log_prior_of_sizes(values, self._scales) + float(log_prior_of_times(values).sum())
+        return -0.5 * (float(found.inner[0, 0]) + found.log_det) + prior
 
 
 def _rungs(low: float, high: float) -> tuple[int, int]:

@@ -16,12 +16,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.noise.ornstein_uhlenbeck import Filter, at_rung, filter_of, gains_of_channel, rung, sample_period_s
+from gap.evidence.noise.ornstein_uhlenbeck import Filter, at_rung, filter_of, gains, rung, sample_period_s, solved, whitened
 from gap.evidence.noise.unknowns import Unknowns
 
 Numbers = NDArray[np.int64]
@@ -112,9 +111,10 @@ class Whitening:
         """Of one channel with the residuals `left` (samples × windows), δ of every window and T as rungs."""
         sizes = np.clip(sizes, _LOWEST, _HIGHEST)
         kept, numbers = self._of_unknowns(c, sizes, time)
-        cross, solved = np.empty((len(sizes), self.states + self.forms + 1)), np.empty(left.shape)
-        _solved(left, self._samples_there[c], at_rung(sizes) ** 2, self._decay(time), solved, cross[:, -1])
-        _products(self._by_channel[c], solved, cross)
+        decay = self._decay(time)
+        row, squares = solved(left, *gains(self._samples_there[c], at_rung(sizes) ** 2, decay), decay)
+        products = np.matmul(np.ascontiguousarray(row.T)[:, None], self._by_channel[c])[:, 0]
+        cross = np.concatenate([products, squares[:, None]], axis=1)
         return Part(kept.grams, numbers, cross, kept.log_det[numbers])
 
     def grams(self, rows: Array, sd: Array, time_s: Array) -> tuple[Array, Array]:
@@ -157,12 +157,10 @@ class Whitening:
             return kept, numbers
         kept.with_room(len(new))
         made = np.arange(kept.count, kept.count + len(new))
-        there, decay = self.there[new, :, c], self._decay(time)
-        gain, root = np.zeros(there.shape), np.zeros(there.shape)
-        gains_of_channel(there, at_rung(sizes[new]) ** 2, decay, gain, root)
-        kept.log_det[made] = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=1)
-        white = np.empty((len(new), *self._by_channel[c].shape[1:]))
-        _whiten(self._by_channel[c][new], gain, root, decay, white)
+        there, decay = np.ascontiguousarray(self._samples_there[c][:, new]), self._decay(time)
+        gain, root = gains(there, at_rung(sizes[new]) ** 2, decay)
+        kept.log_det[made] = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=0)
+        white = whitened(self._by_channel[c][new], gain, root, decay)
         kept.grams[made] = np.matmul(white.transpose(0, 2, 1), white)
         kept.where[new, sizes[new] - _LOWEST] = numbers[new] = made
         kept.count += len(new)
@@ -186,59 +184,3 @@ def joined(of_unknowns: Array, cross: Array, own: Array) -> Array:
     whole[:, :numbers, :numbers], whole[:, numbers:, numbers:] = of_unknowns, own
     whole[:, numbers:, :numbers], whole[:, :numbers, numbers:] = cross, cross.transpose(0, 2, 1)
     return whole
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _whiten(rows: Array, gain: Array, root: Array, decay: float, out: Array) -> None:
-    """C^(−1/2) of rows of one channel, windows × samples × numbers: as fast as a processor's vectors are wide."""
-    windows, samples, numbers = rows.shape
-    mean = np.empty(numbers)
-    for w in range(windows):
-        mean[:] = 0.0
-        for i in range(samples):
-            kept, scale = gain[w, i], root[w, i]
-            for k in range(numbers):
-                innovation = rows[w, i, k] - mean[k]
-                out[w, i, k] = innovation * scale
-                mean[k] = (mean[k] + kept * innovation) * decay
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _solved(left: Array, there: NDArray[np.bool_], variance: Array, decay: float, out: Array, squares: Array) -> None:
-    """C⁻¹ x of one channel, samples × windows, and xᵀ C⁻¹ x: the filter forwards, its transpose backwards, all windows side by side."""
-    samples, windows = left.shape
-    gain, root = np.zeros(left.shape), np.zeros(left.shape)
-    p, mean, innovation = variance.copy(), np.zeros(windows), np.zeros(windows)
-    fresh = (1.0 - decay**2) * variance
-    for i in range(samples):
-        for w in range(windows):
-            seen = 1.0 if there[i, w] else 0.0
-            gain[i, w] = seen * p[w] / (p[w] + 1.0)
-            root[i, w] = seen / np.sqrt(p[w] + 1.0)
-            innovation[w] = left[i, w] - mean[w]
-            out[i, w] = innovation[w] * root[i, w]
-            mean[w] = (mean[w] + gain[i, w] * innovation[w]) * decay
-            p[w] = decay**2 * p[w] * (1.0 - gain[i, w]) + fresh[w]
-    squares[:] = 0.0
-    mean[:] = 0.0
-    for i in range(samples - 1, -1, -1):
-        for w in range(windows):
-            squares[w] += out[i, w] ** 2
-            onward = decay * mean[w]
-            out[i, w] = out[i, w] * root[i, w] + gain[i, w] * onward
-            mean[w] = onward - out[i, w]
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _products(rows: Array, solved: Array, out: Array) -> None:
-    """Of every window's rows with its solved residuals (samples × windows)."""
-    windows, samples, numbers = rows.shape
-    sums = np.empty(numbers)
-    for w in range(windows):
-        sums[:] = 0.0
-        for i in range(samples):
-            value = solved[i, w]
-            for k in range(numbers):
-                sums[k] += value * rows[w, i, k]
-        for k in range(numbers):
-            out[w, k] = sums[k]

@@ -11,7 +11,8 @@ from scipy.stats import chi2, norm
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED
-from gap.evidence.noise.discrepancy import fitted_discrepancy, log_prior_of_sizes, log_prior_of_times
+from gap.evidence.noise.discrepancy import log_prior_of_sizes, log_prior_of_times
+from gap.evidence.noise.discrepancy_search import fitted_discrepancy
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
 from gap.evidence.noise.unknowns import unknowns_of
 from gap.evidence.noise.whitening import Whitening

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
-from gap.evidence.noise.discrepancy import fitted_discrepancy, on_other_logs
+from gap.evidence.noise.discrepancy_search import fitted_discrepancy, on_other_logs
 from gap.evidence.noise.noise_model import Discrepancy, by_window, weighed
 from gap.evidence.noise.ornstein_uhlenbeck import at_rung, filter_of, rung
 from gap.evidence.noise.unknowns import Unknowns
