@@ -154,6 +154,7 @@ class J(IntEnum):
     TABLE_FORCE_6 = 69
     TABLE_FORCE_7 = 70
     TABLE_RUBS = 71  # 1: the table adds to the friction while sliding
+    BRISTLE_ELASTIC = 72  # share of its level up to which a contact does not slip; 0: LuGre. No rig file sets it
 
 
 class S(IntEnum):

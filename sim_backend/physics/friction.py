@@ -37,6 +37,16 @@ def sliding_level(velocity: float, pressure_difference: float, coulomb: float, f
 
 
 @compiled
+def slipping(bent: float, elastic: float) -> float:
+    """How much of LuGre's slip is left to a contact that does not slip below a share `elastic` of its level, nor while it springs back
+    (elasto-plastic: P. Dupont and others, IEEE Trans. Automatic Control 47(5), 2002). `bent`: its force over that level, negative while it
+    springs back."""
+    if bent <= elastic:
+        return 0.0
+    return (bent - elastic) / ((1.0 - elastic) * bent) if bent < 1.0 else 1.0
+
+
+@compiled
 def friction(
     velocity: float, bristle: float, pressure_difference: float, coulomb: float, viscous: float, p: Vector, j: int, step_s: float
 ) -> tuple[float, float]:
@@ -53,7 +63,9 @@ def friction(
         return viscous * velocity, 0.0
     stiffness = p[j + J.BRISTLE_STIFFNESS]
     relaxation = stiffness * abs(velocity) / level
-    rate = velocity - relaxation * bristle
+    elastic = p[j + J.BRISTLE_ELASTIC]
+    slip = 1.0 if elastic == 0.0 else slipping(stiffness * (bristle if velocity > 0.0 else -bristle) / level, elastic)
+    rate = velocity - slip * relaxation * bristle
     if relaxation * step_s > 2.0:
         rate *= 2.0 / (relaxation * step_s)
     force = stiffness * bristle + p[j + J.BRISTLE_DAMPING] * fade * rate + viscous * velocity

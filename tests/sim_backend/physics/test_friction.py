@@ -40,10 +40,12 @@ def test_steady_sliding_follows_the_stribeck_curve(velocity: float) -> None:
     assert forces[-1] == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.parametrize("elastic", [0.0, 0.8])
 @pytest.mark.parametrize("seed", range(4))
-def test_friction_is_passive(seed: float) -> None:
+def test_friction_is_passive(seed: float, elastic: float) -> None:
     """From an undeformed bristle, ∫ F v dt − ½ σ₀ z² never becomes negative, for any velocity history."""
     p, j = rotary_vector()
+    p[j + J.BRISTLE_ELASTIC] = elastic
     random = np.random.default_rng(seed)
     t = np.arange(60000) * STEP_S
     velocity = sum(a * np.sin(2 * np.pi * f * t + s) for a, f, s in random.uniform([0.001, 0.2, 0], [0.3, 20, 6.3], (5, 3)))
@@ -51,6 +53,39 @@ def test_friction_is_passive(seed: float) -> None:
     dissipated = np.cumsum(forces * velocity) * STEP_S - 0.5 * p[j + J.BRISTLE_STIFFNESS] * bristles**2
     assert dissipated.min() > -1e-4 * dissipated.max()
     assert dissipated[-1] > 0
+
+
+def test_an_elastic_contact_nears_the_stop_operator() -> None:
+    """Prandtl's element: force = level × what a stop of way level / σ₀ holds, over strokes with turns before and after it slips."""
+    p, j = rotary_vector()
+    p[j + J.STICTION] = p[j + J.BRISTLE_DAMPING] = 0.0
+    p[j + J.BRISTLE_ELASTIC] = 0.98
+    way = 105.0 / p[j + J.BRISTLE_STIFFNESS]
+    turns = np.array([0.0, 3.0, 2.5, 2.9, 0.0, 0.5, -3.0]) * way
+    path = np.concatenate([np.linspace(a, b, 4000, endpoint=False) for a, b in zip(turns[:-1], turns[1:], strict=True)])
+    velocity = np.diff(path) / STEP_S
+    forces, _ = slide(p, j, velocity)
+    stop, held = np.empty(velocity.size), 0.0
+    for i, moved in enumerate(np.diff(path)):
+        stop[i] = held
+        held = min(max(held + moved / way, -1.0), 1.0)
+    np.testing.assert_allclose(forces - 1000.0 * velocity, 105.0 * stop, atol=0.03 * 105.0)
+
+
+@pytest.mark.parametrize(("elastic", "least", "most"), [(0.0, 0.5, np.inf), (0.8, -1e-3, 1e-3)])
+def test_only_an_elastic_contact_stays_under_a_small_vibrating_load(elastic: float, least: float, most: float) -> None:
+    """Half the level with a vibration of a tenth of it upon it, followed quasi-statically by the bend: LuGre creeps on with every cycle."""
+    p, j = rotary_vector()
+    p[j + J.STICTION] = p[j + J.BRISTLE_DAMPING] = 0.0
+    p[j + J.BRISTLE_ELASTIC] = elastic
+    way, moved, bent, after_one = 105.0 / p[j + J.BRISTLE_STIFFNESS], 0.0, 0.0, 0.0
+    wanted = way * np.concatenate([np.linspace(0, 0.5, 500), 0.5 + 0.1 * np.sin(np.linspace(0, 40 * np.pi, 20000))])
+    for number, change in enumerate(np.diff(wanted)):
+        velocity = math.copysign(1e-6, change)
+        moved += change / (friction(velocity, bent, 0.0, 105.0, 0.0, p, j, STEP_S)[1] / velocity)
+        bent += change
+        after_one = moved if number == 1499 else after_one
+    assert least <= (moved - after_one) / way <= most
 
 
 def test_breakaway_torque() -> None:
