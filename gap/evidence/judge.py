@@ -11,8 +11,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from gap.evidence.noise.discrepancy_search import on_other_logs
-from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, opened, point_of
+from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, point_of, with_columns
+from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 
 
@@ -26,14 +29,20 @@ def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
     return hypothesis_of(both, hypothesis.suspects, descended(both, point))
 
 
-def rescued(seen: Seen, judged: Hypothesis, smaller: Hypothesis, held: Seen) -> Hypothesis:
-    """A set that has ended on all logs below one that is a part of it, from where that ended: a model may run away on a motion it was not
-    fitted to, and no step leads back from there."""
-    theta, there = judged.model.theta.copy(), dict(zip((f.key for f in smaller.model.free), smaller.model.theta, strict=True))
-    for number, free in enumerate(judged.model.free):
-        theta[number] = there.get(free.key, theta[number])
-    both = together(seen, held)
-    point = opened(both, judged.model.with_theta(theta), smaller.at.discrepancy)
+def led_by(seen: Seen, judged: Hypothesis, other: Hypothesis, held: Seen) -> Hypothesis:
+    """A set on all logs, or where it ends from the constants to which another one has come there, if that is better. A larger set may run
+    away on a motion it was not fitted to, and no step leads back from there; and a smaller one must not lack the way that the larger one
+    has found."""
+    both, model = together(seen, held), judged.model
+    there = {free.key: number for number, free in enumerate(other.model.free)}
+    shared = [(number, there[free.key]) for number, free in enumerate(model.free) if free.key in there]
+    theta, columns = model.theta.copy(), [j.copy() for j in judged.at.jacobian]
+    known = [of_other_priors(j, other.model, model) for j in other.at.jacobian]
+    for number, its in shared:
+        theta[number] = np.clip(other.model.theta[its], model.free[number].low, model.free[number].high)
+        for own, others in zip(columns, known, strict=True):
+            own[number] = others[its]
+    point = with_columns(both, model.with_theta(theta), columns, other.at.discrepancy)
     return max(judged, hypothesis_of(both, judged.suspects, descended(both, point)), key=lambda one: one.log_z)
 
 

@@ -14,7 +14,7 @@ from gap.data.measured import Array
 from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.refinement import bounded
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.coordinates import phi_of, theta_of
+from gap.evidence.score.coordinates import of_other_priors, phi_of, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered
 from gap.evidence.score.prior import prior_of
 from gap.evidence.screening import Promise
@@ -53,7 +53,8 @@ def joined(base: Hypothesis, promise: Promise) -> tuple[Model, tuple[Array, ...]
     """The base's model with the suspect at its start, and all lines."""
     suspect, jacobian = promise.suspect, base.at.jacobian
     if isinstance(suspect, Changed):
-        return suspect.with_wide_prior(base.model), jacobian
+        model = suspect.with_wide_prior(base.model)
+        return model, tuple(of_other_priors(j, base.model, model) for j in jacobian)
     assert promise.signature is not None
     model = base.model.with_effect(suspect.entry, suspect.free)
     values = [

@@ -15,6 +15,7 @@ from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Suspect, doubtful, hypothesis_at
 from gap.evidence.screening import Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
@@ -114,5 +115,6 @@ def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) ->
 
 def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarray]:
     """Sensitivities about the rig file's own constants, with those of the set's effects as they are."""
-    constants = len(search.nominal.model.free)
-    return [np.concatenate([own, j[constants:]]) for own, j in zip(search.nominal.at.jacobian, base.at.jacobian, strict=True)]
+    own, constants = search.nominal, len(search.nominal.model.free)
+    columns = [of_other_priors(j, own.model, base.model) for j in own.at.jacobian]
+    return [np.concatenate([c, j[constants:]]) for c, j in zip(columns, base.at.jacobian, strict=True)]

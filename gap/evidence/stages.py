@@ -18,6 +18,7 @@ from gap.evidence.lines import joined
 from gap.evidence.promises import at_own_constants, beside_start, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, Suspect, about_fit, beyond, doubtful, reweighed
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
@@ -193,7 +194,8 @@ def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
     discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
     suspects = (*base.suspects, promise.suspect)
-    done = hypothesis_of(search.seen, suspects, descended(search.seen, with_columns(search.seen, start, base.at.jacobian, discrepancy)))
+    known = [of_other_priors(j, base.model, start) for j in base.at.jacobian]
+    done = hypothesis_of(search.seen, suspects, descended(search.seen, with_columns(search.seen, start, known, discrepancy)))
     if done.log_z < base.log_z and promise.suspect.free:  # lines led astray: from where the base stands, step by step
         done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, base, promise))), key=_evidence)
     enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
@@ -233,7 +235,7 @@ def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypot
             entry = next(e for e in model.added if (e.effect, e.where) == (gone.effect, gone.where))
             keep -= set(start.model.of_effect(entry))
             model = model.without_effect(entry)
-    return model, [j[sorted(keep)] for j in start.at.jacobian]
+    return model, [of_other_priors(j, start.model, model)[sorted(keep)] for j in start.at.jacobian]
 
 
 def _to_floor(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
-from gap.evidence.judge import ended_on_all_logs, of_rig_file, on_all_logs, rescued, together
+from gap.evidence.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
 from gap.evidence.posterior import Shares, shares
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
@@ -83,7 +83,10 @@ def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypoth
         done = on_all_logs(search.seen, hypothesis, judges)
         parts = [h for labels, h in by_set.items() if labels < hypothesis.labels]
         best = max(parts, key=lambda h: h.log_z, default=done)
-        by_set[done.labels] = rescued(search.seen, done, best, judges) if done.log_z < best.log_z + NEGLIGIBLE else done
+        by_set[done.labels] = led_by(search.seen, done, best, judges) if done.log_z < best.log_z + NEGLIGIBLE else done
+    top = max(by_set.values(), key=search.log_mass)
+    for part in [h for h in by_set.values() if h.labels < top.labels and len(h.labels) == len(top.labels) - 1]:
+        by_set[part.labels] = led_by(search.seen, part, top, judges)
     found = shares(search, by_set)
     likely = [labels for labels in by_set if found.of_set[labels] >= 1.0 - CONFIRMED]
     if len(likely) < 2:

@@ -36,7 +36,16 @@ def ends(model: Model) -> Array:
 
 def stretch(model: Model) -> Array:
     """dθ/dφ in scales, at the model's values."""
-    return np.array([value * _log_sd(f) / f.scale if _positive(f) else 1.0 for f, value in zip(model.free, model.theta, strict=True)])
+    return np.array([_stretch(f, value) for f, value in zip(model.free, model.theta, strict=True)])
+
+
+def of_other_priors(jacobian: Array, model: Model, other: Model) -> Array:
+    """Rows d readings / dφ of a model's numbers in the coordinates that the same numbers have in another model: with a wide prior a number
+    is no logarithm."""
+    there, found = {f.key: f for f in other.free}, jacobian.copy()
+    for k, (free, value) in enumerate(zip(model.free, model.theta, strict=True)):
+        found[k] *= _stretch(there.get(free.key, free), value) / _stretch(free, value)
+    return found
 
 
 def magnitudes(model: Model) -> list[int]:
@@ -69,6 +78,10 @@ def _halved(readings: Sequence[Array]) -> Array:
 
 def _positive(free: Free) -> bool:
     return free.prior and free.start > 0.0 and free.low > 0.0
+
+
+def _stretch(free: Free, value: float) -> float:
+    return value * _log_sd(free) / free.scale if _positive(free) else 1.0
 
 
 def _log_sd(free: Free) -> float:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from config.loading.load import load_rig
-from gap.evidence.score.coordinates import ends, magnitudes, phi_of, stretch, theta_of
+from gap.evidence.score.coordinates import ends, magnitudes, of_other_priors, phi_of, stretch, theta_of
 from gap.fitting.model import Free, Model
 
 STIFF = Free(("joints", "axis", "bristle_stiffness"), "plant.joints.axis.bristle_stiffness", "N/m", 1e6, 1e7, 1e5, 4.1e7, True)
@@ -47,3 +49,20 @@ def test_stretch_is_the_slope_of_the_values() -> None:
     one, move = model(3e6, 96.0, 7.0), 1e-5
     slope = (theta_of(one, phi_of(one) + move) - theta_of(one, phi_of(one) - move)) / (2 * move)
     np.testing.assert_allclose(stretch(one) * one.scales, slope, rtol=1e-6)
+
+
+def test_a_wide_prior_changes_coordinates_and_not_what_readings_do() -> None:
+    """Readings that are the values: d θ / dφ in either, by differences; the number that the other model lacks stays as it is."""
+    one, move = model(3e6, 96.0, 7.0), 1e-6
+    wide = Model(one.rig, (replace(STIFF, prior=False), MASS), one.theta[:2])
+
+    def slopes(of: Model) -> np.ndarray:
+        phi, columns = phi_of(of), []
+        for k in range(len(phi)):
+            step = np.eye(len(phi))[k] * move
+            columns.append((theta_of(of, phi + step) - theta_of(of, phi - step))[k] / (2 * move))
+        return np.array(columns)[:, None, None, None]
+
+    found = of_other_priors(slopes(one), one, wide)
+    np.testing.assert_allclose(found[:2], slopes(wide), rtol=1e-6)
+    np.testing.assert_allclose(found[2], slopes(one)[2], rtol=1e-6)
