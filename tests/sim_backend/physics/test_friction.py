@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_an_elastic_contact_nears_the_stop_operator() -> None:
     p[j + J.BRISTLE_ELASTIC] = 0.98
     way = 105.0 / p[j + J.BRISTLE_STIFFNESS]
     turns = np.array([0.0, 3.0, 2.5, 2.9, 0.0, 0.5, -3.0]) * way
-    path = np.concatenate([np.linspace(a, b, 4000, endpoint=False) for a, b in zip(turns[:-1], turns[1:], strict=True)])
+    path = np.concatenate([np.linspace(a, b, 4000, endpoint=False) for a, b in pairwise(turns)])
     velocity = np.diff(path) / STEP_S
     forces, _ = slide(p, j, velocity)
     stop, held = np.empty(velocity.size), 0.0
