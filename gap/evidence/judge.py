@@ -35,13 +35,11 @@ def led_by(seen: Seen, judged: Hypothesis, other: Hypothesis, held: Seen) -> Hyp
     has found."""
     both, model = together(seen, held), judged.model
     there = {free.key: number for number, free in enumerate(other.model.free)}
-    shared = [(number, there[free.key]) for number, free in enumerate(model.free) if free.key in there]
+    own, its = np.array([(number, there[free.key]) for number, free in enumerate(model.free) if free.key in there]).T
     theta, columns = model.theta.copy(), [j.copy() for j in judged.at.jacobian]
-    known = [of_other_priors(j, other.model, model) for j in other.at.jacobian]
-    for number, its in shared:
-        theta[number] = np.clip(other.model.theta[its], model.free[number].low, model.free[number].high)
-        for own, others in zip(columns, known, strict=True):
-            own[number] = others[its]
+    theta[own] = np.clip(other.model.theta[its], [model.free[k].low for k in own], [model.free[k].high for k in own])
+    for column, known in zip(columns, other.at.jacobian, strict=True):
+        column[own] = of_other_priors(known, other.model, model)[its]
     point = with_columns(both, model.with_theta(theta), columns, other.at.discrepancy)
     return max(judged, hypothesis_of(both, judged.suspects, descended(both, point)), key=lambda one: one.log_z)
 

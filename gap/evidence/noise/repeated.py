@@ -24,21 +24,24 @@ from gap.data.windows import Experiment
 from gap.fitting.simulate import simulate
 from sim_backend.memory.layout import J_START, J_STRIDE, SLOTS, J, Kind, Target, Vector
 
-# What an element of another form has, as multiples of the bristle's: it yields over a longer or a shorter way, without micro-damping,
-# breaks away at another level, or falls to its sliding level within another velocity …
-FORMS: tuple[tuple[int, float], ...] = (
-    (J.BRISTLE_STIFFNESS, 0.25),
-    (J.BRISTLE_STIFFNESS, 0.5),
-    (J.BRISTLE_STIFFNESS, 2.0),
-    (J.BRISTLE_STIFFNESS, 4.0),
-    (J.BRISTLE_DAMPING, 0.0),
-    (J.STICTION, 2.0),
-    (J.STRIBECK, 0.5),
-    (J.STRIBECK, 2.0),
+ELASTIC = 0.8
+# What an element of another form has, as multiples of the bristle's, and the share of its level up to which it is elastic. It yields over a
+# longer or a shorter way, without micro-damping, breaks away at another level, or falls to its sliding level within another velocity. Or it
+# springs back without slipping: a sum of bristles creeps, and remembers no turn, however many there are.
+FORMS: tuple[tuple[int, float, float], ...] = (
+    (J.BRISTLE_STIFFNESS, 0.25, 0.0),
+    (J.BRISTLE_STIFFNESS, 0.5, 0.0),
+    (J.BRISTLE_STIFFNESS, 2.0, 0.0),
+    (J.BRISTLE_STIFFNESS, 4.0, 0.0),
+    (J.BRISTLE_DAMPING, 0.0, 0.0),
+    (J.STICTION, 2.0, 0.0),
+    (J.STRIBECK, 0.5, 0.0),
+    (J.STRIBECK, 2.0, 0.0),
+    (J.BRISTLE_STIFFNESS, 0.5, ELASTIC),
+    (J.BRISTLE_STIFFNESS, 1.0, ELASTIC),
+    (J.BRISTLE_STIFFNESS, 2.0, ELASTIC),
+    (J.BRISTLE_DAMPING, 0.0, ELASTIC),
 )
-# … or it is elastic up to most of its level, and springs back without slipping, over these multiples of the bristle's stiffness and once
-# without micro-damping: a sum of bristles creeps, and remembers no turn, however many there are.
-ELASTIC, STIFFNESSES = 0.8, (0.5, 1.0, 2.0)
 WAYS, RATIO = 8, 3.0  # of elements on measured motion: how many, and from one to the next the way after which they break away …
 FINEST = 0.5  # … the first in standard deviations of the position's noise
 SLOW = (0.01, 0.03, 0.1)  # of the motion's root mean square velocity, below which friction may be of another level
@@ -62,24 +65,17 @@ def other_forms(p: Vector) -> list[Vector]:
         at = J_START + slot * J_STRIDE
         if p[at + J.KIND] != Kind.HYDRAULIC or _level(p, at) <= 0.0:
             continue
-        others = [{at + number: times * p[at + number]} for number, times in FORMS if p[at + number] > 0.0]
-        stiffness = p[at + J.BRISTLE_STIFFNESS]
-        others += [{at + J.BRISTLE_STIFFNESS: times * stiffness, at + J.BRISTLE_ELASTIC: ELASTIC} for times in STIFFNESSES]
-        others.append({at + J.BRISTLE_DAMPING: 0.0, at + J.BRISTLE_ELASTIC: ELASTIC})
-        found += [_changed(p, other) for other in others]
+        for number, times, elastic in FORMS:
+            other = p.copy()
+            other[at + number] *= times
+            other[at + J.BRISTLE_ELASTIC] = elastic
+            found += [other] if np.any(other != p) else []
     return found
 
 
 def element(position: Array, way: float) -> Array:
     """What one element holds of its share, −1 to 1: a spring that slips after a way (Prandtl's stop operator)."""
     return np.asarray(_stop(position, way))
-
-
-def _changed(p: Vector, values: dict[int, float]) -> Vector:
-    other = p.copy()
-    for number, value in values.items():
-        other[number] = value
-    return other
 
 
 def _level(p: Vector, at: int) -> float:

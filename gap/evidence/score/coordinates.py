@@ -42,10 +42,9 @@ def stretch(model: Model) -> Array:
 def of_other_priors(jacobian: Array, model: Model, other: Model) -> Array:
     """Rows d readings / dφ of a model's numbers in the coordinates that the same numbers have in another model: with a wide prior a number
     is no logarithm."""
-    there, found = {f.key: f for f in other.free}, jacobian.copy()
-    for k, (free, value) in enumerate(zip(model.free, model.theta, strict=True)):
-        found[k] *= _stretch(there.get(free.key, free), value) / _stretch(free, value)
-    return found
+    there = {f.key: f for f in other.free}
+    ratios = [_stretch(there.get(f.key, f), value) / _stretch(f, value) for f, value in zip(model.free, model.theta, strict=True)]
+    return jacobian if all(ratio == 1.0 for ratio in ratios) else jacobian * np.array(ratios)[:, None, None, None]
 
 
 def magnitudes(model: Model) -> list[int]:

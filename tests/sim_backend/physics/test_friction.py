@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from gap.evidence.noise.repeated import element
 from sim_backend.memory.layout import D_STRIDE, C, D, J
 from sim_backend.physics.energy import mechanical_energy
 from sim_backend.physics.friction import friction, stop_force
@@ -66,11 +67,7 @@ def test_an_elastic_contact_nears_the_stop_operator() -> None:
     path = np.concatenate([np.linspace(a, b, 4000, endpoint=False) for a, b in pairwise(turns)])
     velocity = np.diff(path) / STEP_S
     forces, _ = slide(p, j, velocity)
-    stop, held = np.empty(velocity.size), 0.0
-    for i, moved in enumerate(np.diff(path)):
-        stop[i] = held
-        held = min(max(held + moved / way, -1.0), 1.0)
-    np.testing.assert_allclose(forces - 1000.0 * velocity, 105.0 * stop, atol=0.03 * 105.0)
+    np.testing.assert_allclose(forces - 1000.0 * velocity, 105.0 * element(path, way)[:-1], atol=0.03 * 105.0)
 
 
 @pytest.mark.parametrize(("elastic", "least", "most"), [(0.0, 0.5, np.inf), (0.8, -1e-3, 1e-3)])
