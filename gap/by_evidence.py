@@ -51,7 +51,7 @@ class Decided:
     alone: tuple[Model, Fitted] | None
     changes: tuple[dict[str, Any], ...]  # findings: numbers of the rig file that have changed
     least: tuple[LeastSize, ...]  # of every suspect beside the chosen set, what all logs would have shown
-    places: tuple[Disagreement, ...]  # where the chosen set leaves more than honest models leave
+    places: tuple[Disagreement, ...]  # where the chosen set, on all logs, leaves more than honest models leave
 
     @property
     def written(self) -> Fitted:
@@ -89,16 +89,21 @@ def by_evidence(
     chosen = on_all_logs(state, outcome.all_logs, outcome.on_all[outcome.chosen.labels])
     changes = tuple(_changed(blind, chosen, n, best, base) for n, base in bases if isinstance(n.suspect, Changed))
     progress("smallest sizes that would have been named")
-    least, places = _least(search, outcome), _places(search, outcome, best[0], names, loaded)
+    least, places = _least(search, outcome), _places(state, outcome, names, loaded)
     alone = _alone(state, search, outcome)
     state = replace(state, current=best[0], seen=best[1], constants_only=null[1], steps=tuple(steps))
     return state, Decided(outcome, blind.half_width, chosen, alone, changes, least, places)
 
 
-def _places(search: EvidenceSearch, outcome: Said, best: Fit, names: Sequence[str], loaded: LoadedRig) -> tuple[Disagreement, ...]:
-    """Where the chosen set leaves more than honest models leave."""
-    left = [replace(e, experiment=own) for e, own in zip(best.evaluations, search.seen.experiments, strict=True)]
-    return tuple(where_unexplained(left, outcome.chosen.at.discrepancy, beyond(search.seen, outcome.chosen), names, loaded.rig))
+def _places(state: GateSearch, outcome: Said, names: Sequence[str], loaded: LoadedRig) -> tuple[Disagreement, ...]:
+    """Where the chosen set, fitted to all logs, leaves more than honest models leave."""
+    chosen = outcome.on_all[outcome.chosen.labels]
+    over = beyond(outcome.all_logs, chosen)
+    if not over.any():
+        return ()
+    done = as_fit(chosen, [*state.experiments, *state.holdouts], state.costs)
+    left = [replace(e, experiment=own) for e, own in zip(done.evaluations, outcome.all_logs.experiments, strict=True)]
+    return tuple(where_unexplained(left, chosen.at.discrepancy, over, names, loaded.rig))
 
 
 def _least(search: EvidenceSearch, outcome: Said) -> tuple[LeastSize, ...]:

@@ -37,10 +37,10 @@ NUMBERS = (
     "LEAST_DISCREPANCY",
     "OTHER_FORM",
     "COUNT",
+    "FORM_COUNT",
     "EXPECTED",
     "RANGE_SDS",
     "CHANGED_TIMES",
-    "NEGLIGIBLE",
 )
 SECONDS = 8.0
 

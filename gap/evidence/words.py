@@ -68,12 +68,13 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
         "constants": by_set[search.null.labels].log_z - search.null.log_z,
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }
-    left = unexplained(search, chosen, channels)
+    everywhere = together(search.seen, judges)
+    left = unexplained(everywhere, by_set[chosen.labels], channels)
     agreed = judged["chosen"] > judged["constants"] and not left
     ballot = Ballot(search.seen, judges, {h.labels: h for h in search.fitted}, by_set)
     names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
     word, why = _of_names(names, ballot.votes(chosen.labels, search.null.labels), left) if names else _of_none(found, judged, left)
-    return Said(word, why, chosen, names, found.none, judged, together(search.seen, judges), by_set)
+    return Said(word, why, chosen, names, found.none, judged, everywhere, by_set)
 
 
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:
@@ -132,7 +133,8 @@ def _of_none(found: Shares, judged: Mapping[str, float], left: Sequence[str]) ->
     return "parameter_mismatch", f"Other values of the rig's constants predict the hold-out better (ln {gain:+.1f}); {probable}."
 
 
-def unexplained(search: EvidenceSearch, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:
-    """Channels in which the chosen set's discrepancy is larger than its prior allows."""
-    times = beyond(search.seen, chosen)
+def unexplained(all_logs: Seen, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:
+    """Channels in which the chosen set, fitted to all logs, leaves a larger discrepancy than the prior allows: what the fit logs' motion
+    does not show may act in the hold-out."""
+    times = beyond(all_logs, chosen)
     return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, times, strict=True) if r > 0.0]

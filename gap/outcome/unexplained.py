@@ -1,7 +1,7 @@
 """Where in the motion it is that something else acts: channels, ranges and windows in which the discrepancy of a fitted set concentrates.
 
-Gates look at the whole gap on the hold-out. Here it is what the chosen set leaves on the fit logs beyond what honest models leave: of a
-window whose discrepancy is δ s (in noise) the part δ²s² / (1 + δ²s²) of the residual's power is no noise. A stick or a slip too early
+Gates look at the whole gap on the hold-out. Here it is what the chosen set, fitted to all logs, leaves beyond what honest models leave: of
+a window whose discrepancy is δ s (in noise) the part δ²s² / (1 + δ²s²) of the residual's power is no noise. A stick or a slip too early
 begins at a reversal, so time since the last one is a variable as well.
 """
 
@@ -31,7 +31,7 @@ _MOVING = 0.02  # of a joint's largest speed, below which a change of sign is no
 def where_unexplained(
     evaluations: Sequence[Evaluation], discrepancy: Discrepancy, beyond: Array, names: Sequence[str], rig: Rig
 ) -> list[Disagreement]:
-    """Places, those with the largest share of the discrepancy first. `evaluations`: of the chosen set on the fit logs, in the windows that
+    """Places, those with the largest share of the discrepancy first. `evaluations`: of the chosen set on all logs, in the windows that
     the discrepancy is of. `beyond`: of every channel, not 0 where more is left than honest models leave."""
     powers = [discrepancy.of_log(n) ** 2 * np.ones((len(e.experiment.measured), 1)) for n, e in enumerate(evaluations)]
     means = np.array([_mean(evaluations, powers, k) for k in range(len(names))]) * (beyond > 0.0)

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import expon, norm
 
-from gap.evidence.deciding_numbers import COUNT, OTHER_FORM
+from gap.evidence.deciding_numbers import COUNT, FORM_COUNT, OTHER_FORM
 from gap.evidence.score.coarsening import distance, power
 
 
@@ -17,7 +17,7 @@ def test_a_short_log_counts_in_full_and_a_long_one_for_a_limited_number_of_windo
     counted = [n * power(n, 1e3 * OTHER_FORM) for n in windows]
     assert power(0, OTHER_FORM) == 1.0
     assert counted == sorted(counted)
-    assert counted[-1] == pytest.approx(COUNT, rel=1e-5)
+    assert counted[-1] == pytest.approx(FORM_COUNT, rel=1e-5)
     assert counted[0] > 0.6
 
 
@@ -29,11 +29,12 @@ def test_friction_of_the_models_own_form_lets_every_window_count() -> None:
 
 
 def test_what_acts_unexplained_repeats_in_every_window() -> None:
-    """Where all of the discrepancy is more than honest models leave, logs count as where all friction has another form."""
+    """Where all of the discrepancy is more than honest models leave, logs count for COUNT windows, whatever the friction's form."""
     counted = [1000 * power(1000, 0.0, excess) for excess in (0.0, 1e-3, 0.1, 0.9, 1.0)]
     assert counted == sorted(counted, reverse=True)
     assert counted[0] == 1000.0
     assert counted[-1] == pytest.approx(COUNT, rel=3e-3)
+    assert power(1000, 0.5, 1.0) == power(1000, 0.0, 1.0)
     assert power(40, 0.5, 0.3) < min(power(40, 0.5), power(40, 0.0, 0.3))
 
 
