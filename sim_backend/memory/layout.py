@@ -7,6 +7,7 @@ Two joint slots: 0 turns (rotary), 1 slides (linear). A single axis uses the slo
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import cache
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:  # the files of effects read this one, and every rig reads those: no numpy
@@ -266,6 +267,7 @@ SENSOR_STRIDE = RING + 3  # lagged value, coloured noise, what the lag keeps of 
 STATES = SENSOR_START + MAX_SENSORS * SENSOR_STRIDE
 
 
+@cache
 def parameter_names() -> tuple[str, ...]:
     """A name for every entry of the parameter vector: `payload`, `slot0.coulomb`, `sensor3.noise`."""
     common = [item.name.lower() for item in C]

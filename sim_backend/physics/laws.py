@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from numba import float64
@@ -57,6 +58,7 @@ LAWS = frozenset(effect.law.hook for effect in EFFECTS.values() if effect.law)  
 END = max((block.end for block in BLOCKS.values()), default=PARAMETERS)  # length of the parameter vector
 
 
+@cache
 def block_names() -> tuple[str, ...]:
     """A name for every entry of the vector beyond `layout.parameter_names`: `hose_swelling0.present`, `hose_swelling0.swelling`."""
     return tuple(f"{b.effect}{place}.{word}" for b in BLOCKS.values() for place in range(b.places) for word in ("present", *b.parameters))

@@ -93,7 +93,7 @@ def searched(case: Case, decide: Literal["gates", "evidence"]) -> dict[str, Any]
         (folder / "rig.yaml").write_text(axis_logs.axis_text(*(effect for effect, _ in case.removed)))
         logs = [axis_logs.write(folder / f"{take}.csv", made(case, take)) for take in (0, 1)]
         start = time.process_time()
-        found = search_files(folder / "rig.yaml", logs[:1], logs[1:], folder / "out", Settings(workers=1, propose=False, decide=decide))
+        found = search_files(folder / "rig.yaml", logs[:1], logs[1:], Settings(workers=1, propose=False, decide=decide))
     return {"name": case.name} | found | {"processor_s": round(time.process_time() - start, 1)}
 
 
