@@ -25,7 +25,7 @@ from gap.evidence.noise.unknowns import Unknowns
 
 Numbers = NDArray[np.int64]
 _LOWEST, _HIGHEST = (int(rung(value)) for value in (1e-3, 1e8))  # of δ in a window
-_KEPT_BYTES = 200_000_000  # of one log and channel; then it is begun anew
+_KEPT_BYTES = 20_000_000  # of one log and channel; then it is begun anew, which costs no more time than looking through more
 
 
 @dataclass(frozen=True, slots=True)
