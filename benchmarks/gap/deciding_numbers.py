@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
 from config.loading.load import LoadedRig, rig_from_text
-from gap.data.measured import load
+from gap.data.measured import Measured, load
 from gap.evidence import deciding_numbers, opening, posterior, search_state, stages
 from gap.evidence.noise import discrepancy
 from gap.evidence.posterior import shares
 from gap.evidence.score import bootstrap, changed, coarsening, prior
+from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.nuisance import nuisances
 from gap.search.opening import experiments_of
 from gap.search.settings import Settings
@@ -41,6 +42,7 @@ NUMBERS = (
     "EXPECTED",
     "RANGE_SDS",
     "CHANGED_TIMES",
+    "NEGLIGIBLE",
 )
 SECONDS = 8.0
 
@@ -99,12 +101,17 @@ def right(seed: int) -> dict[str, float]:
 def _probability(loaded: LoadedRig, paths: list[Path], label: str) -> float:
     """Of a suspect; of none for an empty label."""
     logs = [load(path, loaded.rig) for path in paths]
-    names, experiments, _ = experiments_of(loaded, logs[:1], logs[1:], Settings(workers=1))
+    found = shares(finished(loaded, logs[:1], logs[1:]))
+    return found.of(label) if label else found.none
+
+
+def finished(loaded: LoadedRig, logs: Sequence[Measured], holdouts: Sequence[Measured]) -> EvidenceSearch:
+    """All stages of the search on `logs`. Of `holdouts` only the noise is looked at."""
+    names, experiments, _ = experiments_of(loaded, logs, holdouts, Settings(workers=1))
     search = opening.opening(loaded.rig, nuisances(loaded, frozenset(names)), experiments, names)
     for stage in stages.STAGES:
         search = stage(search, lambda line: None)
-    found = shares(search)
-    return found.of(label) if label else found.none
+    return search
 
 
 if __name__ == "__main__":

@@ -15,15 +15,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from benchmarks.gap.deciding_numbers import finished
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
-from gap.evidence.opening import opening
 from gap.evidence.posterior import shares
 from gap.evidence.score.hypothesis import Hypothesis
-from gap.evidence.stages import STAGES
-from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
 from tests.support.gap import axis_logs
 
 SIZES_N = (0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.2, 0.5, 1.0)
@@ -68,10 +64,7 @@ def weighed(size_N: float) -> Weighed:
     loaded = LoadedRig(rig_from_text(file), file, "axis.yaml")
     with tempfile.TemporaryDirectory() as folder:
         log = load(axis_logs.write(Path(folder) / "log.csv", axis_logs.simulated(machine, SEED, SECONDS)), loaded.rig)
-    names, experiments, _ = experiments_of(loaded, [log], [], Settings(workers=1))
-    search = opening(loaded.rig, nuisances(loaded, frozenset(names)), experiments, names)
-    for stage in STAGES:
-        search = stage(search, lambda line: None)
+    search = finished(loaded, [log], [])
     named = search.known(frozenset({NAME}))
     gain, beside = (named.log_z - search.null.log_z, viscous(named)) if named else (float("nan"), float("nan"))
     return Weighed(size_N, gain, -search.log_odds, shares(search).of(NAME), viscous(search.null), beside)

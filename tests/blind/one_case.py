@@ -109,9 +109,9 @@ def _searched(case: Case, folder: Path, settings: Settings) -> dict[str, Any]:
 
 
 def search_files(rig: Path, logs: list[Path], holdouts: list[Path], settings: Settings) -> dict[str, Any]:
-    """The findings of a search on files. No report is written: its pictures take a tenth of the time."""
-    loaded = load_rig(rig)
+    """The findings of a search on files; no report is written, nobody reads one a case."""
     try:
+        loaded = load_rig(rig)
         fitted, held = (load_parts(paths, loaded.rig) for paths in (logs, holdouts))
         content = search_gap(loaded, fitted, held, lambda line: None, settings).content
     except LongreachError as refused:
