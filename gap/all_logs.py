@@ -19,8 +19,9 @@ from gap.evidence.score.coordinates import stretch
 from gap.evidence.score.hypothesis import Hypothesis, Seen, posterior
 from gap.fitting.common_scale import at_own_scale
 from gap.fitting.evaluation import Costing
-from gap.fitting.fit import Fit, fit
+from gap.fitting.fit import Fit, covariance, fit
 from gap.fitting.model import Free, Model
+from gap.outcome.as_stated import as_stated
 from gap.search.search_state import GateSearch
 from gap.search.verdict import confidence
 
@@ -34,9 +35,11 @@ class Fitted:
 
 
 def on_all_logs(state: GateSearch, seen: Seen, hypothesis: Hypothesis) -> Fitted:
-    """A set that was fitted to all logs (`seen`: those of the fit, then the hold-out), at the common scale that priors and logs want."""
+    """A set that was fitted to all logs (`seen`: those of the fit, then the hold-out), at the common scale that priors and logs want, with
+    constants as stated that the logs do not speak for."""
     done = at_own_scale(as_fit(hypothesis, [*state.experiments, *state.holdouts], state.costs), state.costs)
-    return Fitted(done.model, np.maximum(confidence(done, state.costs), half_width(seen, hypothesis)))
+    model = as_stated(done.model, covariance(done, state.costs))
+    return Fitted(model, np.maximum(confidence(done, state.costs), half_width(seen, hypothesis)))
 
 
 def as_fit(hypothesis: Hypothesis, experiments: Sequence[Experiment], costs: Costing) -> Fit:

@@ -50,7 +50,7 @@ class Decided:
     chosen: Fitted
     alone: tuple[Model, Fitted] | None
     changes: tuple[dict[str, Any], ...]  # findings: numbers of the rig file that have changed
-    least: tuple[LeastSize, ...]  # of every suspect beside the chosen set, what all logs would have shown
+    least: tuple[LeastSize, ...]  # of every suspect beside the chosen set, what the fit logs would have shown
     places: tuple[Disagreement, ...]  # where the chosen set, on all logs, leaves more than honest models leave
 
     @property
@@ -107,9 +107,9 @@ def _places(state: GateSearch, outcome: Said, names: Sequence[str], loaded: Load
 
 
 def _least(search: EvidenceSearch, outcome: Said) -> tuple[LeastSize, ...]:
-    """Sizes at which the others would have been as probable as not, by all logs."""
-    chosen = outcome.on_all[outcome.chosen.labels]
-    found = visible_sizes(outcome.all_logs, chosen, search.suspects_beside(chosen), -search.log_odds)
+    """Sizes at which the others would have been as probable as not, by the fit logs: the hold-out proposes no name."""
+    chosen = outcome.chosen
+    found = visible_sizes(search.seen, chosen, search.suspects_beside(chosen), -search.log_odds)
     stated = [s.suspect.free.start if isinstance(s.suspect, Changed) else None for s in found]
     return tuple(LeastSize(s.suspect.effect, s.suspect.where, s.parameter, s.unit, s.size, at) for s, at in zip(found, stated, strict=True))
 

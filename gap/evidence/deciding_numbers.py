@@ -8,7 +8,7 @@ from math import log
 
 MEMORY_S = 0.03  # median of the discrepancy's correlation time
 SPREAD = 1.0  # standard deviation of the logarithm of what is known by its magnitude alone: that time, and the times s of δ in a window
-HONEST = 0.005  # scale of δ in root mean squares of what the channel's signal does within a window, as honest models leave it
+HONEST = 0.003  # scale of δ in root mean squares of a channel's changes over MEMORY_S, as honest models leave it
 LEAST_DISCREPANCY = 0.3  # least scale of δ's prior, in noise: quantisation and coloured noise leave as much
 OTHER_FORM = 0.3  # scale of η's half-normal prior: shares of the friction that act through elements of another form
 COUNT = 2.0  # windows that logs count for, were there ever so many, where what is left acts unexplained: its faults repeat in all of them

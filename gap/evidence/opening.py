@@ -37,10 +37,17 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
 
 
 def swings(experiments: Sequence[Experiment]) -> Array:
-    """What every channel does within a window: root mean square about the window's mean, in units of the noise."""
+    """What every channel does within the discrepancy's memory: root mean square of its changes over MEMORY_S, in units of the noise."""
     found = []
     for c in range(experiments[0].measured.shape[2]):
-        parts = [p for e in experiments if np.isfinite(p := e.measured[:, :, c] / e.sigma[c]).any()]
-        pooled = [(p - np.nanmean(p, axis=1, keepdims=True)).ravel() for p in (p[np.isfinite(p).any(axis=1)] for p in parts)]
-        found.append(float(np.sqrt(np.nanmean(np.concatenate(pooled) ** 2))) if pooled else 0.0)
+        changes = np.concatenate([_changes(e, c) for e in experiments])
+        found.append(float(np.sqrt(np.mean(changes**2))) if len(changes) else 0.0)
     return np.array(found)
+
+
+def _changes(experiment: Experiment, channel: int) -> Array:
+    times = experiment.times_s
+    lag = max(1, round(MEMORY_S / float(times[0, 1] - times[0, 0])))
+    values = experiment.measured[:, :, channel] / experiment.sigma[channel]
+    moved = values[:, lag:] - values[:, :-lag]
+    return np.asarray(moved[np.isfinite(moved)])

@@ -28,6 +28,8 @@ from gap.fitting.simulate import simulate
 from gap.signatures.candidates import Candidate
 from gap.signatures.screen import placed, points
 
+_COLUMN_ERROR = 0.03  # of a column, relative: its difference over a size of its own, those of the constants over theirs
+
 
 @dataclass(frozen=True, slots=True)
 class LinearSignature:
@@ -128,6 +130,7 @@ class Screen:
         own = slice(1, 1 + len(base.model.free))
         prior, phi = prior_of(base.model), phi_of(base.model)
         self._base, self._inner, self._own = base, inner, own
+        self._precision, self._phi = prior.precision, phi
         self._inverse = np.linalg.inv(inner[own, own] + np.diag(prior.precision))
         self._slope = inner[own, 0] - prior.precision * phi
         ends = np.cumsum([own.stop, *(len(s.columns[0]) for s in signatures)])
@@ -174,10 +177,17 @@ class Screen:
         return number, float(self._inverse[number, number]), wide
 
     def _freed(self, rows: Array) -> tuple[Array, Array]:
-        """sᵀs and sᵀr less what the constants do of them."""
-        cross = self._inner[rows, self._own]
-        inner = self._inner[np.ix_(rows, rows)] - cross @ self._inverse @ cross.T
-        return inner, np.asarray(self._inner[rows, 0] - cross @ (self._inverse @ self._slope))
+        """sᵀs and sᵀr less what the constants do of them. With β = H⁻¹c that is |s − Jβ|² + βᵀβ and (s − Jβ)ᵀr + βᵀφ, the priors' precision
+        between; of s − Jβ counts what is more than the error of a finite difference, lest that look like knowledge of what only the priors
+        tell from a constant."""
+        cross, own = self._inner[rows, self._own], self._inner[np.ix_(rows, rows)]
+        beta = self._inverse @ cross.T
+        believed, pulled = beta.T @ (self._precision[:, None] * beta), beta.T @ (self._precision * self._phi)
+        left = own - cross @ beta - believed
+        norms = np.maximum(np.diag(left), np.finfo(float).tiny)  # 0 of what changes nothing
+        share = np.sqrt(np.maximum(0.0, 1.0 - _COLUMN_ERROR**2 * np.diag(own) / norms))
+        seen = self._inner[rows, 0] - beta.T @ self._inner[self._own, 0]
+        return np.outer(share, share) * left + believed, share * seen + pulled
 
 
 def start_of(base: Model, promise: Promise) -> Model:

@@ -80,19 +80,29 @@ def _two_at_once(search: EvidenceSearch, best: Hypothesis, promised: Sequence[Op
 
 
 def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
-    """The best set's neighbours: one less, and another in its place. A better one is asked again."""
-    while search.best.suspects:
-        best = search.best
-        for suspect in best.suspects:
-            part = _part(search, best, suspect)
-            search = _less(search, best, part)
+    """The neighbours of the likeliest set that has names: one less, and another in its place. A better one is asked again."""
+    while lead := _leading(search):
+        for suspect in lead.suspects:
+            part = _part(search, lead, suspect)
+            search = _less(search, lead, part)
             rest = search.fit_of(part[0].labels)
             search = in_its_place(widened(search, rest), *part)
-            search = _rivals_ended(_decided(search, best, progress, 0), best, rest)
-        if search.best.labels == best.labels:
+            search = _rivals_ended(_decided(search, lead, progress, 0), lead, rest)
+        after = _leading(search)
+        if after is None or after.labels == lead.labels:
             break
-        search = grown(_about_best(search, best), progress)
+        if search.best is after:
+            search = grown(_about_best(search, lead), progress)
     return search
+
+
+def _leading(search: EvidenceSearch) -> Hypothesis | None:
+    """The best set, or, where that has no names, the best that has and holds a share: the hold-out may speak for it."""
+    best, shares = search.best, search.shares
+    if best.suspects:
+        return best
+    named = [(share, h) for share, h in zip(shares, search.fitted, strict=True) if h.suspects and share > max(shares) * np.exp(NEGLIGIBLE)]
+    return max(named, key=lambda one: one[0])[1] if named else None
 
 
 def _less(search: EvidenceSearch, best: Hypothesis, part: Part) -> EvidenceSearch:
@@ -196,8 +206,9 @@ def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     suspects = (*base.suspects, promise.suspect)
     known = [of_other_priors(j, base.model, start) for j in base.at.jacobian]
     done = hypothesis_of(search.seen, suspects, descended(search.seen, with_columns(search.seen, start, known, discrepancy)))
-    if done.log_z < base.log_z and promise.suspect.free:  # lines led astray: from where the base stands, step by step
-        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, base, promise))), key=_evidence)
+    fitted = search.fit_of(base.labels)
+    if done.log_z < fitted.log_z and promise.suspect.free:  # lines led astray: from where the base ends, step by step
+        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, fitted, promise))), key=_evidence)
     enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
     if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
         return done

@@ -15,6 +15,8 @@ from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyo
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.votes import Ballot, Votes
 
+_ONLY_HELD_OUT = "The fit logs leave no more than that: fit the hold-out too, and hold out another log."
+
 
 @dataclass(frozen=True, slots=True)
 class Alike:
@@ -61,8 +63,8 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     judges = about(held, search.seen.scales, search.seen.model, search.seen.counts)
     by_set = _judged(search, judges)
     found = shares(search, by_set)
-    likeliest = max((h for h in search.fitted if h.labels in by_set), key=lambda h: found.of_set[h.labels])
-    chosen = search.null if found.none >= 0.5 or not likeliest.suspects else likeliest
+    named = [h for h in search.fitted if h.labels in by_set and h.suspects]
+    chosen = search.null if found.none >= 0.5 or not named else max(named, key=lambda h: found.of_set[h.labels])
     judged = {
         "rig file": of_rig_file(search.nominal, judges),
         "constants": by_set[search.null.labels].log_z - search.null.log_z,
@@ -70,11 +72,12 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     }
     everywhere = together(search.seen, judges)
     left = unexplained(everywhere, by_set[chosen.labels], channels)
+    new = bool(left) and not unexplained(search.seen, chosen, channels)
     agreed = judged["chosen"] > judged["constants"] and not left
     ballot = Ballot(search.seen, judges, {h.labels: h for h in search.fitted}, by_set)
     names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
     word, why = _of_names(names, ballot.votes(chosen.labels, search.null.labels), left) if names else _of_none(found, judged, left)
-    return Said(word, why, chosen, names, found.none, judged, everywhere, by_set)
+    return Said(word, f"{why} {_ONLY_HELD_OUT}" if new else why, chosen, names, found.none, judged, everywhere, by_set)
 
 
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:

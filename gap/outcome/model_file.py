@@ -24,11 +24,12 @@ def moved(model: Model, half_width: Array) -> list[int]:
 
 
 def improved(text: str, model: Model, steps: Sequence[Step], widths: Mapping[str, float], remarks: Sequence[str]) -> str:
-    """The rig file's text with the effects added and every free constant of the model at its value; each with where it comes from.
+    """The rig file's text with the effects added and every constant that is no longer as stated; each with where it comes from.
 
     `widths`: 95% half width of the effects' parameters, by "EFFECT.where.parameter". `remarks`: one a step.
     """
-    text = _with_values(text, [(free, float(value)) for free, value in zip(model.free, model.theta, strict=True) if free.prior])
+    pairs = zip(model.free, model.theta, strict=True)
+    text = _with_values(text, [(free, float(value)) for free, value in pairs if free.prior and value != free.start])
     for step, remark in zip(steps, remarks, strict=True):
         text = with_effect_line(text, effect_line(model, step, widths, remark))
     return text

@@ -88,11 +88,6 @@ def three_times_the_friction(folder: Path) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="0.94: the fit log alone leaves no discrepancy, both logs a tenth of the noise; see the roadmap",
-)
 def test_two_logs_know_a_changed_number_better_than_one(tmp_path: Path) -> None:
     (item,) = three_times_the_friction(tmp_path)["findings"]
     of_all = item["parameters"]["friction"]

@@ -21,7 +21,7 @@ def search(tmp_path_factory: pytest.TempPathFactory) -> EvidenceSearch:
     """The constants alone, fitted to a machine with a dead band that just shows."""
     text, line = axis_logs.axis_text(), f"    - {{effect: valve_deadband, where: axis, overlap: {OVERLAP}}}"
     true = text.replace("  effects:\n", f"  effects:\n{line}\n", 1)
-    return constants_fitted(tmp_path_factory.mktemp("logs"), text, true, 71)
+    return constants_fitted(tmp_path_factory.mktemp("logs"), text, true, 72)
 
 
 @pytest.mark.slow
