@@ -14,18 +14,13 @@ from dataclasses import replace
 import numpy as np
 
 from gap.evidence.deciding_numbers import NEGLIGIBLE
-from gap.evidence.lines import joined
 from gap.evidence.promises import at_own_constants, beside_start, in_its_place, widened
-from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
-from gap.evidence.score.changed import Changed
-from gap.evidence.score.coordinates import of_other_priors
-from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, Suspect, about_fit, beyond, doubtful, reweighed
-from gap.evidence.screening import Promise, start_of
+from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of
+from gap.evidence.score.hypothesis import Hypothesis, Seen, about_fit, beyond, doubtful, reweighed
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
-from gap.fitting.model import Model
+from gap.evidence.set_fits import evidence_of, less, part_of, refined, taken_on, to_floor
 
 Progress = Callable[[str], None]
-Part = tuple[Hypothesis, Hypothesis]
 Stage = Callable[[EvidenceSearch, Progress], EvidenceSearch]
 
 _ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
@@ -83,8 +78,8 @@ def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """The neighbours of the likeliest set that has names: one less, and another in its place. A better one is asked again."""
     while lead := _leading(search):
         for suspect in lead.suspects:
-            part = _part(search, lead, suspect)
-            search = _less(search, lead, part)
+            part = part_of(search, lead, suspect)
+            search = less(search, lead, part)
             rest = search.fit_of(part[0].labels)
             search = in_its_place(widened(search, rest), *part)
             search = _rivals_ended(_decided(search, lead, progress, 0), lead, rest)
@@ -105,19 +100,10 @@ def _leading(search: EvidenceSearch) -> Hypothesis | None:
     return max(named, key=lambda one: one[0])[1] if named else None
 
 
-def _less(search: EvidenceSearch, best: Hypothesis, part: Part) -> EvidenceSearch:
-    """The best set without one of its suspects, fitted on from where that has led the constants: a fit that has stopped short of its
-    valley's floor must not sell the rest to whatever is added next."""
-    search = replace(search, fitted=at_best(search.fitted, max(part, key=_evidence)))
-    rest = search.fit_of(part[0].labels)
-    close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
-    return _ended(search, rest) if close and not rest.ended else search
-
-
 def _rivals_ended(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) -> EvidenceSearch:
     """The best set's rivals fitted as far: a delay, to which no lines lead, beside another one."""
     for rival in _rivals(search, best, rest):
-        search = search if rival.ended else _ended(search, rival)
+        search = search if rival.ended else taken_on(search, rival)
     return search
 
 
@@ -145,10 +131,10 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
             return search
         best = max(unsure, key=lambda one: one[0])[1]
         progress(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
-        search = _to_floor(search, best)
+        search = to_floor(search, best)
         done = search.fit_of(best.labels)
         for suspect in done.suspects:
-            search = _less(search, done, _part(search, done, suspect))
+            search = less(search, done, part_of(search, done, suspect))
 
 
 def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
@@ -158,14 +144,14 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     that bends gives every window a start to vibrate from, also to a set whose link is rigid), all stay as they were."""
     best = search.best
     if not np.any(beyond(search.seen, before)):
-        return _to_floor(search, best)
+        return to_floor(search, best)
     seen, rivals = about_fit(search.seen, best), {r.labels for r in _rivals(search, best, search.fit_of(before.labels))}
     fitted = tuple(_followed(seen, h) if h.labels in rivals else reweighed(seen, h) for h in search.fitted)
     anew = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
     there = anew.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(anew, there).at))
-    anew = _to_floor(anew, max(there, afresh, key=_evidence))
-    return anew if anew.best.labels == best.labels else _to_floor(search, best)
+    anew = to_floor(anew, max(there, afresh, key=evidence_of))
+    return anew if anew.best.labels == best.labels else to_floor(search, best)
 
 
 STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)
@@ -183,81 +169,15 @@ def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, alway
             if len(asked) > always or (not base.suspects and search.log_mass(search.best) <= search.log_mass(base)):
                 break
         rest = tuple(w for w in search.waiting if w is not first)
-        done = _refined(search, first)
+        done = refined(search, first)
         beside = search.fit_of(first.base.labels)
         progress(f"  {', '.join(sorted(done.labels))}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
         search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))
         if search.best.labels == done.labels:
-            search = _less(search, done, _part(search, done, first.promise.suspect))
+            search = less(search, done, part_of(search, done, first.promise.suspect))
         in_vain = 0 if search.best.labels != before else in_vain + 1
     if in_vain == _PATIENCE:  # promises that are better than every fit are not believed, and hold no share
         top = search.log_mass(search.best)
         search = replace(search, waiting=tuple(w for w in search.waiting if search.log_hope(w) <= top))
     return search
-
-
-def _refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
-    """The set fitted from where straight lines lead; further, if that is as much above what the base gets to from there as it would have
-    to be above the base."""
-    base, promise = chosen.base, chosen.promise
-    start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
-    discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
-    suspects = (*base.suspects, promise.suspect)
-    known = [of_other_priors(j, base.model, start) for j in base.at.jacobian]
-    done = hypothesis_of(search.seen, suspects, descended(search.seen, with_columns(search.seen, start, known, discrepancy)))
-    fitted = search.fit_of(base.labels)
-    if done.log_z < fitted.log_z and promise.suspect.free:  # lines led astray: from where the base ends, step by step
-        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, fitted, promise))), key=_evidence)
-    enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
-    if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
-        return done
-    return finished(search.seen, done.suspects, done.at, FEW_PASSES)
-
-
-def _beside(search: EvidenceSearch, base: Hypothesis, promise: Promise) -> Point:
-    """The base with one suspect more, of a size that changes nothing yet."""
-    model, jacobian = joined(base, promise)
-    return replace(base.at, model=model, readings=search.seen.readings(model), jacobian=jacobian)
-
-
-def _evidence(hypothesis: Hypothesis) -> float:
-    return hypothesis.log_z
-
-
-def _part(search: EvidenceSearch, start: Hypothesis, gone: Suspect) -> Part:
-    """A fitted set without one of its suspects: where it stands, and fitted from there."""
-    suspects = tuple(s for s in start.suspects if s is not gone)
-    model, jacobian = _without(search, suspects, start)
-    there = with_columns(search.seen, model, jacobian, start.at.discrepancy)
-    return hypothesis_of(search.seen, suspects, there), hypothesis_of(search.seen, suspects, descended(search.seen, there))
-
-
-def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> tuple[Model, list[np.ndarray]]:
-    model, keep = start.model, set(range(len(start.model.free)))
-    for gone in (s for s in start.suspects if s.label not in {k.label for k in suspects}):
-        if isinstance(gone, Changed):
-            own = next(f for f in search.nominal.model.free if f.key == gone.free.key)
-            number = next(k for k, f in enumerate(model.free) if f.key == own.key)
-            theta = model.theta.copy()
-            theta[number] = np.clip(theta[number], own.low, own.high)
-            model = replace(model, free=tuple(own if f.key == own.key else f for f in model.free), theta=theta)
-        else:
-            entry = next(e for e in model.added if (e.effect, e.where) == (gone.effect, gone.where))
-            keep -= set(start.model.of_effect(entry))
-            model = model.without_effect(entry)
-    return model, [of_other_priors(j, start.model, model)[sorted(keep)] for j in start.at.jacobian]
-
-
-def _to_floor(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
-    """One set taken to its floor, also where more is left than honest models leave: on its way it sells that to a wrong name."""
-    return _with(search, finished(search.seen, hypothesis.suspects, hypothesis.at))
-
-
-def _ended(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
-    """One set taken towards it."""
-    return _with(search, finished(search.seen, hypothesis.suspects, hypothesis.at, FEW_PASSES))
-
-
-def _with(search: EvidenceSearch, fitted: Hypothesis) -> EvidenceSearch:
-    return replace(search, fitted=(*(h for h in search.fitted if h.labels != fitted.labels), fitted))

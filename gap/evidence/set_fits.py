@@ -1,0 +1,94 @@
+"""One set of the search fitted: from what it was promised, towards its end, and without one of its suspects."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gap.evidence.deciding_numbers import NEGLIGIBLE
+from gap.evidence.lines import joined
+from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, with_columns
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import of_other_priors
+from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect
+from gap.evidence.screening import Promise, start_of
+from gap.evidence.search_state import EvidenceSearch, Open, at_best
+from gap.fitting.model import Model
+
+Part = tuple[Hypothesis, Hypothesis]  # a set without one of its suspects: where it stands, and fitted from there
+
+
+def refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
+    """The set fitted from where straight lines lead; further, if that is as much above what the base gets to from there as it would have
+    to be above the base."""
+    base, promise = chosen.base, chosen.promise
+    start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
+    discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
+    suspects = (*base.suspects, promise.suspect)
+    known = [of_other_priors(j, base.model, start) for j in base.at.jacobian]
+    done = hypothesis_of(search.seen, suspects, descended(search.seen, with_columns(search.seen, start, known, discrepancy)))
+    fitted = search.fit_of(base.labels)
+    if done.log_z < fitted.log_z and promise.suspect.free:  # lines led astray: from where the base ends, step by step
+        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, fitted, promise))), key=evidence_of)
+    enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
+    if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
+        return done
+    return finished(search.seen, done.suspects, done.at, FEW_PASSES)
+
+
+def _beside(search: EvidenceSearch, base: Hypothesis, promise: Promise) -> Point:
+    """The base with one suspect more, of a size that changes nothing yet."""
+    model, jacobian = joined(base, promise)
+    return replace(base.at, model=model, readings=search.seen.readings(model), jacobian=jacobian)
+
+
+def less(search: EvidenceSearch, best: Hypothesis, part: Part) -> EvidenceSearch:
+    """The best set without one of its suspects, fitted on from where that has led the constants: a fit that has stopped short of its
+    valley's floor must not sell the rest to whatever is added next."""
+    search = replace(search, fitted=at_best(search.fitted, max(part, key=evidence_of)))
+    rest = search.fit_of(part[0].labels)
+    close = search.log_mass(rest) > search.log_mass(best) + NEGLIGIBLE
+    return taken_on(search, rest) if close and not rest.ended else search
+
+
+def part_of(search: EvidenceSearch, start: Hypothesis, gone: Suspect) -> Part:
+    """A fitted set without one of its suspects: where it stands, and fitted from there."""
+    suspects = tuple(s for s in start.suspects if s is not gone)
+    model, jacobian = _without(search, suspects, start)
+    there = with_columns(search.seen, model, jacobian, start.at.discrepancy)
+    return hypothesis_of(search.seen, suspects, there), hypothesis_of(search.seen, suspects, descended(search.seen, there))
+
+
+def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypothesis) -> tuple[Model, list[np.ndarray]]:
+    model, keep = start.model, set(range(len(start.model.free)))
+    for gone in (s for s in start.suspects if s.label not in {k.label for k in suspects}):
+        if isinstance(gone, Changed):
+            own = next(f for f in search.nominal.model.free if f.key == gone.free.key)
+            number = next(k for k, f in enumerate(model.free) if f.key == own.key)
+            theta = model.theta.copy()
+            theta[number] = np.clip(theta[number], own.low, own.high)
+            model = replace(model, free=tuple(own if f.key == own.key else f for f in model.free), theta=theta)
+        else:
+            entry = next(e for e in model.added if (e.effect, e.where) == (gone.effect, gone.where))
+            keep -= set(start.model.of_effect(entry))
+            model = model.without_effect(entry)
+    return model, [of_other_priors(j, start.model, model)[sorted(keep)] for j in start.at.jacobian]
+
+
+def to_floor(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
+    """One set taken to its floor, also where more is left than honest models leave: on its way it sells that to a wrong name."""
+    return _with(search, finished(search.seen, hypothesis.suspects, hypothesis.at))
+
+
+def taken_on(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
+    """One set taken towards it."""
+    return _with(search, finished(search.seen, hypothesis.suspects, hypothesis.at, FEW_PASSES))
+
+
+def _with(search: EvidenceSearch, fitted: Hypothesis) -> EvidenceSearch:
+    return replace(search, fitted=(*(h for h in search.fitted if h.labels != fitted.labels), fitted))
+
+
+def evidence_of(hypothesis: Hypothesis) -> float:
+    return hypothesis.log_z
