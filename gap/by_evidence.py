@@ -17,6 +17,8 @@ from config.schema.effect_library import EFFECTS
 from gap.all_logs import Fitted, as_constants, as_fit, half_width, on_all_logs
 from gap.data.measured import Array
 from gap.data.windows import Experiment
+from gap.evidence.judgement.votes import Votes
+from gap.evidence.judgement.words import Alike, Name, Said, said
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.opening import opening
 from gap.evidence.score.changed import Changed
@@ -24,8 +26,6 @@ from gap.evidence.score.hypothesis import Hypothesis, beyond
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import STAGES
 from gap.evidence.visible_sizes import visible_sizes
-from gap.evidence.votes import Votes
-from gap.evidence.words import Alike, Name, Said, said
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import Fit

@@ -15,9 +15,10 @@ from types import ModuleType
 
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import Measured, load
-from gap.evidence import deciding_numbers, opening, posterior, search_state, stages
+from gap.evidence import deciding_numbers, opening, promises, search_state, set_fits, stages
+from gap.evidence.judgement import posterior
+from gap.evidence.judgement.posterior import shares
 from gap.evidence.noise import discrepancy
-from gap.evidence.posterior import shares
 from gap.evidence.score import bootstrap, changed, coarsening, prior
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.nuisance import nuisances
@@ -28,7 +29,7 @@ from tests.support.gap.maxwell_axis import maxwell_axis
 
 USERS: tuple[ModuleType, ...] = (
     *(bootstrap, changed, coarsening, prior, discrepancy),
-    *(opening, posterior, search_state, stages, deciding_numbers),
+    *(opening, posterior, promises, search_state, set_fits, stages, deciding_numbers),
 )
 # What the words alone use moves no probability.
 NUMBERS = (

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from benchmarks.gap.deciding_numbers import finished
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
-from gap.evidence.posterior import shares
+from gap.evidence.judgement.posterior import shares
 from gap.evidence.score.hypothesis import Hypothesis
 from tests.support.gap import axis_logs
 

@@ -4,4 +4,5 @@ Imports `data`, `fitting` and `signatures`. Rooms:
 
 - noise: what a right model may still be off by, and how large it is
 - score: how probable the logs are under one set of suspects
+- judgement: shares, the hold-out's vote, and what is said
 """

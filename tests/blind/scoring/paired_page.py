@@ -1,4 +1,4 @@
-"""`python -m tests.blind.scoring.paired_page STUDY`: docs/results/paired.md from STUDY/gates and STUDY/evidence, which hold results of one
+"""`python -m tests.blind.scoring.paired_page STUDY`: the page of two searches, from STUDY/gates and STUDY/evidence: results of one
 sealed study.
 
 Everything on the page is counted from files of the study. To write it opens the seal: what decides, and at how many cases, was declared

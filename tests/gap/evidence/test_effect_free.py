@@ -10,10 +10,10 @@ import pytest
 
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
+from gap.evidence.judgement.posterior import shares
 from gap.evidence.noise.repeated import SLOW, WAYS
 from gap.evidence.noise.unknowns import unknowns_of
 from gap.evidence.opening import opening
-from gap.evidence.posterior import shares
 from gap.evidence.score.changed import changeable
 from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch

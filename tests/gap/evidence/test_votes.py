@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from gap.evidence import votes
-from gap.evidence.votes import Ballot
+from gap.evidence.judgement import votes
+from gap.evidence.judgement.votes import Ballot
 
 NAME, NONE = frozenset({"friction at axis"}), frozenset[str]()
 SAMPLES = 40

@@ -9,11 +9,11 @@ import numpy as np
 
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
-from gap.evidence.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
-from gap.evidence.posterior import Shares, shares
+from gap.evidence.judgement.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
+from gap.evidence.judgement.posterior import Shares, shares
+from gap.evidence.judgement.votes import Ballot, Votes
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
-from gap.evidence.votes import Ballot, Votes
 
 _ONLY_HELD_OUT = "The fit logs leave no more than that: fit the hold-out too, and hold out another log."
 

@@ -1,4 +1,4 @@
-"""`python -m tests.blind.scoring.honest_scales`: how large discrepancy and shares of other friction are where nothing is missing.
+"""`python -m tests.blind.honest_scales`: how large discrepancy and shares of other friction are where nothing is missing.
 
 Machines of other code than the product's, with friction of every form and nothing missing, on development seeds: a servo axis of
 Maxwell-slip elements (tests.support.gap.maxwell_axis; one that yields at once stands for rigid friction) and the blind study's testbed
@@ -51,7 +51,7 @@ class Left:
 
 def main() -> int:
     """Prints a Markdown table and both scales."""
-    parser = argparse.ArgumentParser(prog="python -m tests.blind.scoring.honest_scales", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.blind.honest_scales", description=__doc__)
     parser.add_argument("--axes", type=int, default=18, metavar="N", help="simulated axes (default %(default)s)")
     parser.add_argument("--testbeds", type=int, default=3, metavar="N", help="simulated testbeds, half a minute each (default %(default)s)")
     parser.add_argument("--seed", type=int, default=930_000, help="of the first machine (default %(default)s)")
