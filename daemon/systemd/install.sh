@@ -59,6 +59,13 @@ check_venv() {
   [ "$theirs" = "$ours" ] || refuse "$from_venv is for Python $theirs and $python is $ours." "Give --python with a Python $theirs."
 }
 
+check_place() {
+  local new=$destdir$prefix.new
+  mkdir -p "$new" 2>/dev/null ||
+    refuse "$destdir$prefix cannot be made: no new folder can be in $(dirname "$new")." "Give --prefix or --destdir a DIR on a disk that can be written."
+  rmdir --ignore-fail-on-non-empty "$new"
+}
+
 # A complete new environment beside the old one, moved into place in the end: a failed installation leaves the old one working.
 build_environment() {
   local new=$destdir$prefix.new work
@@ -164,6 +171,7 @@ check_prefix
 check_python
 check_venv
 check_stopped
+check_place
 build_environment
 echo "  wrote $destdir$prefix ($("$python" --version))"
 install_files

@@ -72,6 +72,16 @@ def test_an_old_interpreter_is_refused(tmp_path: Path) -> None:
     assert "Python 3.9.2; 3.11" in answer.stderr
 
 
+def test_a_place_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    """Below a file nobody, not even root, makes a folder."""
+    (tmp_path / "file").write_text("")
+    answer = script("install.sh", "--destdir", str(tmp_path / "file/stage"))
+    assert answer.returncode == 1
+    assert answer.stderr.startswith(f"longreach: {tmp_path}/file/stage/opt/longreach cannot be made: no new folder can be in ")
+    assert "--destdir" in answer.stderr
+    assert answer.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("options", [["--nonsense"], ["--prefix"]])
 def test_wrong_usage(options: list[str]) -> None:
     answer = script("install.sh", *options)
