@@ -168,10 +168,10 @@ TEXT
 read_options "$@"
 check_root "installing writes to $prefix and /etc and makes a user" "$(with_root install)"
 check_prefix
+check_place
 check_python
 check_venv
 check_stopped
-check_place
 build_environment
 echo "  wrote $destdir$prefix ($("$python" --version))"
 install_files
