@@ -126,6 +126,7 @@ def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Con
     return {
         "parameters": _constants(done, judged, half_width),
         "gap": _gap(done, judged),
+        "judge": [one.as_dict() for one in done.decided.said.judge] if done.decided else [],
         "held": _held(done, word, told),
         "remainder": judged.rest,
         "not_seen": not_seen(done.decided.least if done.decided else least_sizes(state.screening), told_of, readable(logs, loaded.rig)),

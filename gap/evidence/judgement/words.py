@@ -11,6 +11,7 @@ from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
 from gap.evidence.judgement.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
 from gap.evidence.judgement.posterior import Shares, shares
+from gap.evidence.judgement.preference import Preference, preferences
 from gap.evidence.judgement.votes import Ballot, Votes
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
@@ -41,8 +42,8 @@ class Name:
 @dataclass(frozen=True, slots=True)
 class Said:
     """The outcome in words. `chosen`: the set that is written, `judged`: ln p(hold-out) of the rig file, of constants alone, of the chosen
-    set. `all_logs`: those fitted, then the hold-out; `on_all`: sets as they are fitted to all of them, the chosen one and none among
-    them."""
+    set; `judge`: what it prefers that one to. `all_logs`: those fitted, then the hold-out; `on_all`: sets as they are fitted to all of
+    them, the chosen one and none among them."""
 
     word: str
     why: str
@@ -50,6 +51,7 @@ class Said:
     names: tuple[Name, ...]
     none: float  # P(S = ∅)
     judged: Mapping[str, float]
+    judge: tuple[Preference, ...]
     all_logs: Seen
     on_all: Mapping[frozenset[str], Hypothesis]
 
@@ -74,10 +76,12 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     left = unexplained(everywhere, by_set[chosen.labels], channels)
     new = bool(left) and not unexplained(search.seen, chosen, channels)
     agreed = judged["chosen"] > judged["constants"] and not left
-    ballot = Ballot(search.seen, judges, {h.labels: h for h in search.fitted}, by_set)
+    fitted = {h.labels: h for h in search.fitted}
+    ballot, judge = Ballot(search.seen, judges, fitted, by_set), preferences(fitted, by_set, chosen.labels, found.of_set)
     names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
-    word, why = _of_names(names, ballot.votes(chosen.labels, search.null.labels), left) if names else _of_none(found, judged, left)
-    return Said(word, f"{why} {_ONLY_HELD_OUT}" if new else why, chosen, names, found.none, judged, everywhere, by_set)
+    votes = ballot.votes(chosen.labels, search.null.labels)
+    word, why = _of_names(names, judge[0], votes, left) if names else _of_none(found, judged, left)
+    return Said(word, f"{why} {_ONLY_HELD_OUT}" if new else why, chosen, names, found.none, judged, judge, everywhere, by_set)
 
 
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:
@@ -113,10 +117,10 @@ def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: boo
     return Name(suspect, probability, alike, probability >= CONFIRMED and judge_agrees, ballot.votes(chosen.labels, rest))
 
 
-def _of_names(names: Sequence[Name], votes: Votes | None, left: Sequence[str]) -> tuple[str, str]:
+def _of_names(names: Sequence[Name], to_none: Preference, votes: Votes | None, left: Sequence[str]) -> tuple[str, str]:
     assert votes is not None  # the hold-out is asked about the best set
     listed = " and ".join(f"{n.suspect.label} ({n.probability:.3g})" for n in names)
-    judge = f"the hold-out is {'more' if votes.holdout > 0 else 'less'} probable with it than with constants alone (ln {votes.holdout:+.1f}"
+    judge = f"the hold-out is {'more' if to_none.gain > 0 else 'less'} probable with it than with constants alone ({to_none.text()}"
     judge += f"; of the fit logs, the hold-out fitted, {votes.fit_logs:+.1f})"
     if left:
         return "unknown", f"Something else acts: beside {listed} {', '.join(left)} stays, more than honest models leave; {judge}."

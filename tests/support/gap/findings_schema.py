@@ -97,6 +97,7 @@ FINDINGS = thing(
     leads=several(FINDING),
     parameters=named(CONSTANT),
     gap=GAP,
+    judge=several(thing(over=several(text), ln=number, ci95=INTERVAL)),
     not_seen=several(thing(effect=text, smallest_visible=optional(number), unit=text)),
     next_maneuver=optional(thing(name=text, why=text, expected_t=number, separates=several(text))),
     software=text,
