@@ -12,6 +12,7 @@ from config.loading.stated_units import conversions, sentence_units, stated_unit
 from config.schema.rig import Rig
 from daemon.checks.checks import Check
 from daemon.cycle.facts import Facts
+from daemon.server.status import read_signals
 from recording.format.fields import Field, field_of_signal, signals_of
 from recording.format.layout import CycleLayout
 
@@ -46,11 +47,12 @@ def since_t_s(params: Mapping[str, Any]) -> float:
 
 
 def units_answer(rig: Rig, checks: Sequence[Check], rig_text: str) -> dict[str, Any]:
-    """How the rig file states what is SI in the daemon: `units` of checks and joints [unit, factor, offset], shown = factor × SI + offset;
-    `sentences`: the same by joint or signal and SI unit, for the numbers in texts."""
+    """How the rig file states what is SI in the daemon: `units` of checks, signals and joints [unit, factor, offset], shown = factor × SI +
+    offset; `sentences`: the same by joint or signal and SI unit, for the numbers in texts."""
     if not rig_text:
         return {"units": {}, "sentences": {}}
     si = {check.name: check.unit for check in checks}
+    si |= {name: unit for name, (_, unit) in read_signals(rig).items()}
     si |= {name: "rad" if joint.motion == "rotary" else "m" for name, joint in rig.joints.items()}
     return {"units": conversions(si, stated_units(rig_text)), "sentences": sentence_units(rig_text)}
 

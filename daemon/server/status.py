@@ -13,6 +13,8 @@ from daemon.checks.link_watch import LinksView
 from daemon.cycle.facts import Facts
 from daemon.cycle.timing import Timing
 from daemon.server.event_history import EventHistory, RunResult
+from recording.format.fields import field_of_signal
+from recording.format.layout import CycleLayout
 from servo_control.link.kinematics import forward
 from servo_control.signals import Mode
 
@@ -25,7 +27,7 @@ class StatusView:
     def __init__(self, rig: Rig, facts: Facts, timing: Timing) -> None:
         self._rig, self._facts, self._timing = rig, facts, timing
         self._rest_checks = rest_checks(rig, facts)
-        self._proofs, self._links = proofs(rig), LinksView(rig, facts.indices)
+        self._proofs, self._links, self._readings = proofs(rig), LinksView(rig, facts.indices), read_signals(rig)
         self._values: Sequence[float] = facts.blank()
 
     def status(self, values: Sequence[float], uptime_s: float, history: EventHistory) -> dict[str, Any]:
@@ -45,6 +47,7 @@ class StatusView:
             "tip": self._tip(),
             "supply": {name: self._supply(name) for name in self._rig.joints},
             "reservoir_temperature_C": self._fact("reservoir_temperature_C"),
+            "readings": {name: {"value": self._fact(field), "unit": unit} for name, (field, unit) in self._readings.items()},
             "safe_state": {
                 name: {"demanded": demanded, "proven_s": self._fact(f"{name}.proven_s")} for name, demanded in self._proofs.items()
             },
@@ -110,3 +113,9 @@ class StatusView:
                 for name in ("read", "compute", "write", "work")
             },
         }
+
+
+def read_signals(rig: Rig) -> dict[str, tuple[str, str]]:
+    """Every signal that the rig's drivers measure, in the order of its file: the field of the log that holds it, and its SI unit."""
+    units = {field.name: field.unit for field in CycleLayout.of_rig(rig).fields}
+    return {name: (field_of_signal(name), units[field_of_signal(name)]) for name in rig.signals}

@@ -44,12 +44,17 @@ def _status(arguments: argparse.Namespace) -> int:
         if arguments.json:
             return _watch_json(arguments, client) if arguments.watch else _print_json(client.call("status"))
         units, sentences = units_of_rig(arguments, client.call), client.sentences()
+
+        def lines() -> list[str]:
+            status = client.call("status")
+            return [*(sentences.text(line) for line in status_view(status, units)), *readings_view(status, units)]
+
         if not arguments.watch:
-            print("\n".join(sentences.text(line) for line in status_view(client.call("status"), units)))
+            print("\n".join(lines()))
             return 0
         with LiveScreen() as screen:
             while True:
-                screen.update([sentences.text(line) for line in status_view(client.call("status"), units)])
+                screen.update(lines())
                 time.sleep(arguments.interval)
 
 
@@ -76,6 +81,19 @@ def status_view(status: dict[str, Any], units: Units | None = None) -> list[str]
         *(link["text"] for link in status["links"].values()),
         *([coloured(f"fault: {status['fault']['text']}", "red")] if status.get("fault") else []),
     ]
+
+
+def readings_view(status: dict[str, Any], units: Units) -> list[str]:
+    """What is measured besides the joints' positions, a line for every place; none from a daemon of before this."""
+    lines: dict[str, list[str]] = {}
+    for name, reading in status.get("readings", {}).items():
+        place, _, signal = name.rpartition(".")
+        if signal == "position" and place in status["joints"]:
+            continue
+        unit, scale, offset = units.get(name, (reading["unit"], 1.0, 0.0))
+        value = "–" if reading["value"] is None else f"{number(scale * reading['value'] + offset)} {unit}".strip()
+        lines.setdefault(place or "rig", []).append(f"{signal.replace('_', ' ')} {value}")
+    return [f"{place}: {', '.join(said)}" for place, said in lines.items()]
 
 
 def run_line(run: dict[str, Any]) -> str:
