@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,18 +14,18 @@ from recording.format.fields import Field
 from recording.format.layout import CycleLayout
 from recording.importing.table import SourceTable
 
-# Words of people who name columns, by the field of the log they mean; the first that fits counts.
-_WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("t_s", ("time", "t", "ts", "timestamp", "zeit", "sample", "clock")),
-    ("pressure_a_Pa", ("pa", "p1", "p_a", "pressurea", "piston", "chambera", "porta")),
-    ("pressure_b_Pa", ("pb", "p2", "p_b", "pressureb", "annulus", "rodside", "chamberb", "portb")),
-    ("supply_pressure_Pa", ("ps", "psupply", "supply", "pump", "pp")),
-    ("return_pressure_Pa", ("pt", "pr", "preturn", "return", "tank")),
-    ("supply_temperature_C", ("temperature", "temp", "oil")),
-    ("reference", ("ref", "reference", "setpoint", "desired", "demand", "soll")),
-    ("command_V", ("u", "command", "cmd", "valve", "voltage", "volt", "input", "spool", "drive", "xv")),
-    ("velocity", ("velocity", "speed", "v", "rate", "omega")),
-    ("position", ("position", "pos", "x", "y", "q", "angle", "theta", "stroke", "displacement", "extension", "length", "ist")),
+# Words of people who name columns, English and German, by the field of the log they mean; the first that fits counts.
+_WORDS: tuple[tuple[str, str], ...] = (
+    ("t_s", "time t ts timestamp zeit sample clock"),
+    ("pressure_a_Pa", "pa p1 p_a pressurea piston chambera porta drucka druck1 kolbenseite kammera"),
+    ("pressure_b_Pa", "pb p2 p_b pressureb annulus rodside chamberb portb druckb druck2 stangenseite kammerb"),
+    ("supply_pressure_Pa", "ps psupply supply pump pp versorgungsdruck systemdruck pumpendruck druckp pumpe"),
+    ("return_pressure_Pa", "pt pr preturn return tank rucklauf ruecklauf rucklaufdruck ruecklaufdruck tankdruck druckt"),
+    ("supply_temperature_C", "temperature temp oil temperatur oltemperatur oeltemperatur"),
+    ("reference", "ref reference setpoint desired demand soll sollwert sollweg"),
+    ("command_V", "u command cmd valve voltage volt input spool drive xv ventil ventilspannung spannung stellgrosse"),
+    ("velocity", "velocity speed v rate omega geschwindigkeit"),
+    ("position", "position pos x y q angle theta stroke displacement extension length ist istweg weg kolbenweg hub winkel"),
 )
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_ ]((?:k|M|m|u)?(?:s|m|V|Pa|bar|psi|rad|deg|in|ft|degC|C|mrad))(?:$)", re.IGNORECASE)
 _RENAMED = {"C": "degC", "°C": "degC", "°": "deg", "sec": "s", "grad": "deg"}
@@ -96,7 +97,7 @@ def _one(source: str, fields: dict[str, Field], joints: dict[str, str]) -> Guess
 def _meant(words: Sequence[str], unit: str) -> str:
     kind = next((kind for si, kind in _KINDS.items() if unit and _converts(unit, si)), "")
     joined = {"".join(pair) for pair in pairwise(words)} | set(words)
-    fitting = [field for field, known in _WORDS if joined & set(known) and (not kind or kind in field or field in ("reference",))]
+    fitting = [field for field, known in _WORDS if joined & set(known.split()) and (not kind or kind in field or field in ("reference",))]
     return fitting[0] if fitting else (kind if kind in ("t_s", "command_V", "position") else "")
 
 
@@ -112,8 +113,9 @@ def _without_unit(source: str) -> tuple[str, str]:
 
 
 def _words(name: str) -> list[str]:
-    """`rodPos_A` → rod, pos, a."""
-    return re.findall(r"[a-z]+\d*|\d+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+    """`rodPos_A` → rod, pos, a; `Rücklaufdruck` → rucklaufdruck."""
+    plain = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode()
+    return re.findall(r"[a-z]+\d*|\d+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", plain).lower())
 
 
 def _converts(unit: str, si: str) -> bool:

@@ -305,6 +305,20 @@ def test_a_map_is_proposed_from_column_names_and_reads_as_one(tmp_path: Path) ->
     assert found.ignored == ("comment",)
 
 
+def test_german_names_are_known(tmp_path: Path) -> None:
+    """As a bench with a German data logger writes them."""
+    columns = {
+        "Zeit [s]": ("t_s", "s"), "Kolbenweg [mm]": ("axis.position", "mm"), "Druck A [bar]": ("axis.pressure_a_Pa", "bar"),
+        "Druck B [bar]": ("axis.pressure_b_Pa", "bar"), "Versorgungsdruck [bar]": ("axis.supply_pressure_Pa", "bar"),
+        "Rücklaufdruck [bar]": ("axis.return_pressure_Pa", "bar"), "Öltemperatur [°C]": ("axis.supply_temperature_C", "degC"),
+        "Ventilspannung [V]": ("axis.command_V", "V"), "Sollweg [mm]": ("axis.reference", "mm"),
+    }  # fmt: skip
+    data, _, _ = make(tmp_path, ",".join(columns) + "\n" + ",".join("1" for _ in columns) + "\n")
+    (tmp_path / "map.yaml").write_text(suggested_map(read_table(data), "pruefstand", "", {"axis": "linear"}))
+    found = load_map(tmp_path / "map.yaml").map.columns
+    assert {entry.source: (name, entry.unit) for name, entry in found.items()} == columns
+
+
 def test_a_proposed_map_says_where_no_column_is_the_time(tmp_path: Path) -> None:
     data, _, _ = make(tmp_path, "pos_mm,remark\n1,0\n2,1\n")
     text = suggested_map(read_table(data), "bench", "", {"axis": "linear"})
