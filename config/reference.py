@@ -38,7 +38,9 @@ _WIDTH = 110
 _MAP_START = """\
 A map of `longreach import` begins with `longreach: map/1`. Its keys are [columns of a log](../method/log.md).
 The table is a CSV (comma, semicolon or tab) or a MATLAB file. Where the separator is no comma, numbers may have
-decimal commas; a line of units below the names belongs to them: `pos` over `mm` is the source `pos [mm]`."""
+decimal commas; a line of units below the names belongs to them: `pos` over `mm` is the source `pos [mm]`.
+Dates with times (`2026-11-25 20:57:12.5`, `25.11.2026 20:57:12,5`) and times of day are seconds since
+the first row."""
 _DRIVERS = """\
 What may stand under `options:` of a device in a rig file, and which channels its signals and outputs can name.
 A plug-in declares the same of its driver: `longreach device options DRIVER` prints this page of any installed

@@ -92,11 +92,22 @@ def _converted(table: SourceTable, loaded: LoadedMap, name: str, entry: SourceCo
     values = table.columns[entry.source]
     if (entry.scale, entry.offset) != (1.0, 0.0):
         values = entry.offset + entry.scale * values
+    if entry.source in table.dates:
+        return _moments(table, loaded, name, entry, unit)
     if entry.unit is None or entry.unit == unit:
         return values
     at_zero = _in_unit(loaded, ("columns", name, "unit"), f"0 {entry.unit}", unit)
     at_one = _in_unit(loaded, ("columns", name, "unit"), f"1 {entry.unit}", unit)
     return at_zero + (at_one - at_zero) * values
+
+
+def _moments(table: SourceTable, loaded: LoadedMap, name: str, entry: SourceColumn, unit: str) -> Floats:
+    """A column of dates, which are seconds whatever its name says."""
+    if unit != "s" or entry.unit not in (None, "s"):
+        path = ("columns", name, "unit") if entry.unit else ("columns", name)
+        what = f"column {entry.source!r} of the table holds dates or times of day, which are read as seconds"
+        raise config_error(loaded.tree.name, [loaded.tree.problem(path, what, value=entry.unit or unit, next_step="Write unit: s.")])
+    return table.columns[entry.source]
 
 
 def _in_unit(loaded: LoadedMap, path: tuple[str, ...], text: str, unit: str) -> float:

@@ -69,7 +69,7 @@ def guess(table: SourceTable, joints: dict[str, str]) -> list[Guess]:
     taken: set[str] = set()
     found = []
     for source in table.columns:
-        one = _one(source, fields, joints)
+        one = _one(source, fields, joints) if source not in table.dates else Guess(source, "t_s", "s", "dates or times of day, as seconds")
         if one.field and one.field in taken:
             one = Guess(source, "", "", f"{one.field} is taken already")
         taken.add(one.field)

@@ -11,9 +11,11 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from config.errors import LogError
 from config.whole_file import system_advice
+from recording.importing.date_times import seconds_of, since_first
 from recording.importing.table import SourceTable
 
 _DELIMITERS = (",", ";", "\t")
@@ -24,7 +26,7 @@ Row = tuple[int, list[str]]
 
 def read_text_table(path: Path) -> SourceTable:
     """A table with one line of column names, and perhaps one of their units below. Comma, semicolon or tab between cells; where it is no
-    comma, numbers may have decimal commas. Lines that start with # are left out.
+    comma, numbers may have decimal commas. Lines that start with # are left out; dates become seconds since the first row.
 
     Raises LogError for an empty table, repeated names, rows of another length and cells that are no numbers.
     """
@@ -35,6 +37,7 @@ def read_text_table(path: Path) -> SourceTable:
         raise LogError("the table is empty", where=str(path), next_step="It needs a line of column names and rows of numbers.")
     names, rows = _with_units(_named(first[1], path), rows)
     columns, lines, commas = [array("d") for _ in names], array("q"), 0
+    dates: dict[str, list[bool]] = {}  # of every column of dates, whether its cells have a day
     for line, cells in rows:
         if len(cells) != len(names):
             advice = "Every row needs as many cells as there are column names."
@@ -44,6 +47,11 @@ def read_text_table(path: Path) -> SourceTable:
             try:
                 column.append(float(cell))
             except ValueError:
+                moment = seconds_of(cell)
+                if moment is not None:
+                    column.append(moment[0])
+                    dates.setdefault(name, []).append(moment[1])
+                    continue
                 column.append(_other_number(cell, name, path, line))
                 commas += bool(cell)
     if not lines:
@@ -51,10 +59,20 @@ def read_text_table(path: Path) -> SourceTable:
     if commas:
         _refuse_points(path, encoding)
     read = {name: np.frombuffer(column, dtype=np.float64) for name, column in zip(names, columns, strict=True)}
+    read |= {name: _moments(read[name], days, f"{path}: column {name!r}") for name, days in dates.items()}
     notes = ("Numbers have decimal commas.",) * bool(commas) + (f"Read as {_WINDOWS}, not UTF-8.",) * (encoding == _WINDOWS)
-    table = SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), notes)
+    notes += tuple(f"Column {name!r} holds dates or times of day: read as seconds since its first row." for name in dates)
+    table = SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), notes, frozenset(dates))
     _refuse_infinite(table)
     return table
+
+
+def _moments(seconds: NDArray[np.float64], days: list[bool], where: str) -> NDArray[np.float64]:
+    """A column of dates, or of times of day, as seconds since its first row; LogError where it mixes them with others."""
+    if len(days) != np.isfinite(seconds).sum() or len(set(days)) > 1:
+        advice = "Write all of its cells as dates with times, or all as times of day."
+        raise LogError("dates, times of day and numbers stand in one column", where=where, next_step=advice)
+    return since_first(seconds, days[0])
 
 
 def _rows(path: Path, encoding: str) -> Iterator[Row]:
