@@ -59,20 +59,14 @@ check_venv() {
   [ "$theirs" = "$ours" ] || refuse "$from_venv is for Python $theirs and $python is $ours." "Give --python with a Python $theirs."
 }
 
-check_place() {
-  local new=$destdir$prefix.new
-  mkdir -p "$new" 2>/dev/null ||
-    refuse "$destdir$prefix cannot be made: no new folder can be in $(dirname "$new")." "Give --prefix or --destdir a DIR on a disk that can be written."
-  rmdir --ignore-fail-on-non-empty "$new"
-}
-
 # A complete new environment beside the old one, moved into place in the end: a failed installation leaves the old one working.
 build_environment() {
   local new=$destdir$prefix.new work
   work=$(mktemp -d)
   trap "rm -rf '$work' '$new'" EXIT
   rm -rf "$new"
-  mkdir -p "$(dirname "$new")"
+  mkdir -p "$new" 2>/dev/null ||
+    refuse "$destdir$prefix cannot be made: no new folder can be in $(dirname "$new")." "Give --prefix or --destdir a DIR on a disk that can be written."
   if [ -z "$checkout" ]; then
     copy_installed "$new" "$work" --whole
     "$new/bin/python" "$here/console_scripts.py"
@@ -168,7 +162,6 @@ TEXT
 read_options "$@"
 check_root "installing writes to $prefix and /etc and makes a user" "$(with_root install)"
 check_prefix
-check_place
 check_python
 check_venv
 check_stopped

@@ -93,11 +93,10 @@ def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
 
 def _leading(search: EvidenceSearch) -> Hypothesis | None:
     """The best set, or, where that has no names, the best that has and holds a share: the hold-out may speak for it."""
-    best, shares = search.best, search.shares
-    if best.suspects:
-        return best
-    named = [(share, h) for share, h in zip(shares, search.fitted, strict=True) if h.suspects and share > max(shares) * np.exp(NEGLIGIBLE)]
-    return max(named, key=lambda one: one[0])[1] if named else None
+    shares = search.shares
+    named = [(share, h) for share, h in zip(shares, search.fitted, strict=True) if h.suspects]
+    share, lead = max(named, key=lambda one: one[0], default=(0.0, None))
+    return lead if share > max(shares) * np.exp(NEGLIGIBLE) else None
 
 
 def _rivals_ended(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) -> EvidenceSearch:

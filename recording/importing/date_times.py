@@ -6,12 +6,12 @@ A column of them becomes seconds since its first row. Days with slashes are refu
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import UTC, datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from recording.importing.table import Floats
+
 DAY_S = 86400.0
 _CLOCK = r"(?P<hour>\d{1,2}):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<part>\d{1,9}))?)?"
 _ZONE = r"(?P<zone>Z|[+-]\d\d:?\d\d)?"
@@ -23,6 +23,8 @@ _FORMS = tuple(
 
 def seconds_of(cell: str) -> tuple[float, bool] | None:
     """Seconds since 1970, or since midnight, and whether the cell has a date; None where it is neither."""
+    if ":" not in cell:  # numbers with a decimal comma are many
+        return None
     found = next((match for form in _FORMS if (match := form.fullmatch(cell))), None)
     if found is None:
         return None
@@ -30,24 +32,17 @@ def seconds_of(cell: str) -> tuple[float, bool] | None:
     hour, minute, second = (int(parts[name] or 0) for name in ("hour", "minute", "second"))
     year, month, day = (int(parts.get(name) or least) for name, least in (("year", 1970), ("month", 1), ("day", 1)))
     try:
-        moment = datetime(year, month, day, hour, minute, second, tzinfo=_zone(parts["zone"]))
+        zone = datetime.strptime(parts["zone"], "%z").tzinfo if parts["zone"] else UTC
+        moment = datetime(year, month, day, hour, minute, second, tzinfo=zone)
     except ValueError:  # there is no such day, or no such time
         return None
     return moment.timestamp() + float(f"0.{parts['part'] or 0}"), bool(parts.get("year"))
 
 
-def since_first(seconds: Array, dated: bool) -> Array:
+def since_first(seconds: Floats, dated: bool) -> Floats:
     """Seconds since the first row that has one; times of day go on over midnight."""
     there = np.isfinite(seconds)
     found = seconds.copy()
     if not dated:
         found[there] = np.unwrap(seconds[there], period=DAY_S)
     return np.asarray(found - found[there][0])
-
-
-def _zone(text: str | None) -> timezone:
-    if text in (None, "Z"):
-        return UTC
-    assert text is not None
-    hours, minutes = int(text[1:3]), int(text[-2:])
-    return timezone((1 if text[0] == "+" else -1) * timedelta(hours=hours, minutes=minutes))

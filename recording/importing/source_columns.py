@@ -24,6 +24,11 @@ def columns_by_name(table: SourceTable, rig: Rig | None) -> tuple[CycleLayout, d
     twice = measured_twice((*table.columns, *(rig.signals if rig is not None else ())))
     joints = {name: joint.motion for name, joint in rig.joints.items()} if rig is not None else None
     layout = CycleLayout(tuple(joints), list(joints.values()), twice) if joints else CycleLayout(_joints_named_in(table), None, twice)
+    units = {field.name: field.unit for field in layout.fields}
+    dated = next((name for name in sorted(table.dates) if units.get(name, "s") != "s"), "")
+    if dated:
+        advice = "Only a time may be a date; leave the column out, or name it otherwise."
+        raise LogError(f"column {dated!r} holds dates or times of day", where=str(table.path), next_step=advice)
     return layout, {name: values for name, values in table.columns.items() if layout.has(name)}
 
 
@@ -89,11 +94,11 @@ def _refuse_missing_columns(table: SourceTable, wanted: ImportMap) -> None:
 
 def _converted(table: SourceTable, loaded: LoadedMap, name: str, entry: SourceColumn, unit: str) -> Floats:
     """Units convert by slope and intercept; a column that needs neither is passed on bit for bit."""
+    if entry.source in table.dates:
+        _refuse_other_than_seconds(loaded, name, entry, unit)
     values = table.columns[entry.source]
     if (entry.scale, entry.offset) != (1.0, 0.0):
         values = entry.offset + entry.scale * values
-    if entry.source in table.dates:
-        return _moments(table, loaded, name, entry, unit)
     if entry.unit is None or entry.unit == unit:
         return values
     at_zero = _in_unit(loaded, ("columns", name, "unit"), f"0 {entry.unit}", unit)
@@ -101,13 +106,12 @@ def _converted(table: SourceTable, loaded: LoadedMap, name: str, entry: SourceCo
     return at_zero + (at_one - at_zero) * values
 
 
-def _moments(table: SourceTable, loaded: LoadedMap, name: str, entry: SourceColumn, unit: str) -> Floats:
+def _refuse_other_than_seconds(loaded: LoadedMap, name: str, entry: SourceColumn, unit: str) -> None:
     """A column of dates, which are seconds whatever its name says."""
     if unit != "s" or entry.unit not in (None, "s"):
         path = ("columns", name, "unit") if entry.unit else ("columns", name)
         what = f"column {entry.source!r} of the table holds dates or times of day, which are read as seconds"
         raise config_error(loaded.tree.name, [loaded.tree.problem(path, what, value=entry.unit or unit, next_step="Write unit: s.")])
-    return table.columns[entry.source]
 
 
 def _in_unit(loaded: LoadedMap, path: tuple[str, ...], text: str, unit: str) -> float:

@@ -11,12 +11,11 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from config.errors import LogError
 from config.whole_file import system_advice
 from recording.importing.date_times import seconds_of, since_first
-from recording.importing.table import SourceTable
+from recording.importing.table import Floats, SourceTable
 
 _DELIMITERS = (",", ";", "\t")
 _WINDOWS = "cp1252"
@@ -67,7 +66,7 @@ def read_text_table(path: Path) -> SourceTable:
     return table
 
 
-def _moments(seconds: NDArray[np.float64], days: list[bool], where: str) -> NDArray[np.float64]:
+def _moments(seconds: Floats, days: list[bool], where: str) -> Floats:
     """A column of dates, or of times of day, as seconds since its first row; LogError where it mixes them with others."""
     if len(days) != np.isfinite(seconds).sum() or len(set(days)) > 1:
         advice = "Write all of its cells as dates with times, or all as times of day."

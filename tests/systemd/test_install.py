@@ -75,7 +75,8 @@ def test_an_old_interpreter_is_refused(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     """Below a file nobody, not even root, makes a folder."""
     (tmp_path / "file").write_text("")
-    answer = script("install.sh", "--destdir", str(tmp_path / "file/stage"))
+    python = program(tmp_path / "python3", 'case "$2" in *base_prefix*) echo /usr ;; esac')
+    answer = script("install.sh", "--destdir", str(tmp_path / "file/stage"), "--python", str(python))
     assert answer.returncode == 1
     assert answer.stderr.startswith(f"longreach: {tmp_path}/file/stage/opt/longreach cannot be made: no new folder can be in ")
     assert "--destdir" in answer.stderr

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.data.measured import Array
+from gap.evidence.score.bootstrap import random_weights
 from gap.evidence.score.hypothesis import Hypothesis
 
 _BLOCK = 3  # neighbouring windows drawn together
-_DRAWS = 2000
 
 Sets = Mapping[frozenset[str], Hypothesis]
 
@@ -59,8 +59,7 @@ def _preference(fitted: Sets, on_all: Sets, chosen: frozenset[str], other: froze
 def _spread(parts: Array) -> Array:
     """2.5 and 97.5 % of the sum of what windows add, about that sum, their blocks weighted at random."""
     blocks = np.add.reduceat(parts, np.arange(0, len(parts), _BLOCK))
-    weights = len(blocks) * np.random.default_rng(0).dirichlet(np.ones(len(blocks)), _DRAWS)
-    return np.percentile((weights - 1.0) @ blocks, [2.5, 97.5])
+    return np.percentile((random_weights(len(blocks)) - 1.0) @ blocks, [2.5, 97.5])
 
 
 def _short(value: float) -> float:

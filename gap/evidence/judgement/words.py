@@ -74,13 +74,15 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     }
     everywhere = together(search.seen, judges)
     left = unexplained(everywhere, by_set[chosen.labels], channels)
-    new = bool(left) and not unexplained(search.seen, chosen, channels)
+    new = bool(left) and not beyond(search.seen, chosen).any()
     agreed = judged["chosen"] > judged["constants"] and not left
     fitted = {h.labels: h for h in search.fitted}
     ballot, judge = Ballot(search.seen, judges, fitted, by_set), preferences(fitted, by_set, chosen.labels, found.of_set)
     names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
-    votes = ballot.votes(chosen.labels, search.null.labels)
-    word, why = _of_names(names, judge[0], votes, left) if names else _of_none(found, judged, left)
+    if names:
+        word, why = _of_names(names, judge[0], ballot.votes(chosen.labels, search.null.labels), left)
+    else:
+        word, why = _of_none(found, judged, left)
     return Said(word, f"{why} {_ONLY_HELD_OUT}" if new else why, chosen, names, found.none, judged, judge, everywhere, by_set)
 
 

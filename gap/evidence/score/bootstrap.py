@@ -37,7 +37,7 @@ def bootstrapped(sets: Sequence[Weight]) -> list[float]:
     masses = np.array([s.log_mass for s in sets])
     limited = _limited(windows)
     masses = masses + np.sum(limited - windows, axis=1)
-    logs = masses[:, None] + (limited - limited.mean(axis=0)) @ (_weights(windows.shape[1]) - 1.0).T
+    logs = masses[:, None] + (limited - limited.mean(axis=0)) @ (random_weights(windows.shape[1]) - 1.0).T
     return [float(share) for share in np.exp(logs - logsumexp(logs, axis=0)).mean(axis=1)]
 
 
@@ -48,6 +48,6 @@ def _limited(windows: Array) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _weights(count: int) -> Array:
-    """Draws × windows; every draw sums to the number of windows."""
+def random_weights(count: int) -> Array:
+    """Draws × windows, or blocks of them; every draw sums to their number."""
     return np.asarray(count * np.random.default_rng(0).dirichlet(np.ones(count), _DRAWS))

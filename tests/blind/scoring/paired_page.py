@@ -13,6 +13,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from gap.outcome.findings import explanations
 from tests.blind.result_file import results
 from tests.blind.scoring import paired, reliability
 from tests.blind.scoring.page import DOCS
@@ -64,7 +65,7 @@ def demands(scores: Sequence[Score], found: Results) -> list[Demand]:
 def holds_truth(judged: Score, result: Mapping[str, Any]) -> bool | None:
     """Whether the interval of the hidden effect's first parameter holds its value; None where it was not named."""
     hidden = judged.case.setting.hidden[0]
-    for item in [*result.get("findings", []), *result.get("leads", [])]:
+    for item in explanations(result):
         intervals = [p["ci95"] for p in item["parameters"].values() if p.get("ci95")]
         if (item["effect"], item["where"]) == (hidden.effect, hidden.where) and intervals:
             low, high = intervals[0]

@@ -98,3 +98,19 @@ def test_a_map_that_gives_dates_another_unit_is_refused_and_the_proposed_one_is_
     read = read_log(tmp_path / "log.mcap").columns
     assert read["t_s"] - read["t_s"][0] == pytest.approx(0.01 * np.arange(100), abs=1e-6)
     assert read["axis.position"] == pytest.approx(1e-4 * np.arange(100))
+
+
+def test_a_column_of_the_log_that_is_no_time_holds_no_dates(tmp_path: Path) -> None:
+    data = tmp_path / "dated.csv"
+    data.write_text("t_s,axis.position,axis.command_V\n" + "".join(f"{0.01 * k},12:00:{k:02d},1\n" for k in range(40)))
+    with pytest.raises(LogError, match=r"'axis\.position' holds dates or times of day"):
+        ingest(data, None, tmp_path / "log.mcap")
+
+
+def test_scale_and_offset_of_a_time_hold_for_dates_too(tmp_path: Path) -> None:
+    data = tmp_path / "dated.csv"
+    data.write_text("when,pos_mm,u\n" + "".join(f"12:00:00.{10 * k:03d},{0.1 * k:.3f},{k % 7}\n" for k in range(90)))
+    (tmp_path / "map.yaml").write_text(MAP.replace('source: "Zeit [ms]", unit: UNIT', "source: when, scale: 2.0"))
+    ingest(data, tmp_path / "map.yaml", tmp_path / "log.mcap")
+    read = read_log(tmp_path / "log.mcap").columns
+    assert read["t_s"] - read["t_s"][0] == pytest.approx(0.02 * np.arange(90), abs=1e-6)
