@@ -7,7 +7,7 @@ should have the value that it shows. What predicted the hold-out blind is kept b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,23 +18,16 @@ from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import stretch
 from gap.evidence.score.hypothesis import Hypothesis, Seen, posterior
 from gap.fitting.common_scale import at_own_scale
-from gap.fitting.evaluation import Costing
-from gap.fitting.fit import Fit, covariance, fit
+from gap.fitting.confidence import confidence
+from gap.fitting.evaluation import Costing, evaluate
+from gap.fitting.fit import Fit, covariance, unfitted
 from gap.fitting.model import Free, Model
 from gap.outcome.as_stated import as_stated
-from gap.search.search_state import GateSearch
-from gap.search.verdict import confidence
+from gap.outcome.names import Fitted
+from gap.outcome.search_state import SearchState
 
 
-@dataclass(frozen=True, slots=True)
-class Fitted:
-    """A set's model and the 95 % half width of each of its free numbers, in its unit."""
-
-    model: Model
-    half_width: Array
-
-
-def on_all_logs(state: GateSearch, seen: Seen, hypothesis: Hypothesis) -> Fitted:
+def on_all_logs(state: SearchState, seen: Seen, hypothesis: Hypothesis) -> Fitted:
     """A set that was fitted to all logs (`seen`: those of the fit, then the hold-out), at the common scale that priors and logs want, with
     constants as stated that the logs do not speak for."""
     done = at_own_scale(as_fit(hypothesis, [*state.experiments, *state.holdouts], state.costs), state.costs)
@@ -47,7 +40,7 @@ def as_fit(hypothesis: Hypothesis, experiments: Sequence[Experiment], costs: Cos
     model = as_constants(hypothesis)
     rescaled = (model.scales / hypothesis.model.scales / stretch(hypothesis.model))[:, None, None, None]
     jacobian = [rescaled * j * e.sigma for j, e in zip(hypothesis.at.jacobian, experiments, strict=True)]
-    return fit(model, experiments, costs, (), jacobian, 0)
+    return unfitted(model, [evaluate(e, model, costs) for e in experiments], costs, jacobian)
 
 
 def half_width(seen: Seen, hypothesis: Hypothesis) -> Array:

@@ -12,36 +12,31 @@ from config.progress import Progress
 from gap.data.coarse_steps import readable
 from gap.data.measured import Array
 from gap.fitting.common_scale import at_own_scale
-from gap.fitting.evaluation import mean_cost
+from gap.fitting.confidence import confidence
+from gap.fitting.evaluation import channel_rms, mean_cost
 from gap.fitting.model import Model
 from gap.fitting.temperatures import warmings
 from gap.judged_file import JudgedFile, Searched, judged_file
 from gap.maneuvers.doubt import next_of
-from gap.outcome.findings import by_fit_logs, constants, document, finding, least_sizes, not_seen, step_finding
+from gap.outcome.findings import by_fit_logs, constants, document, finding, not_seen, step_finding
 from gap.outcome.found import Found
 from gap.outcome.held_constants import held_constants
 from gap.outcome.localise import Disagreement, localise
 from gap.outcome.model_file import with_step_lines
+from gap.outcome.names import Fitted
+from gap.outcome.search_state import SearchState
 from gap.outcome.stated_zeros import stated_zeros
-from gap.outcome.written import again, widths_of
-from gap.search.hold_out_sizes import on_hold_out
-from gap.search.search_state import GateSearch
-from gap.search.verdict import Verdict, channel_rms, confidence, with_steps
-from gap.search.weak_names import weighed
-from gap.signatures.candidates import candidates
-from gap.signatures.screen import Screening, screen_sizes
-from gap.signatures.visible import checked
+from gap.outcome.verdict import Verdict, with_steps
+from gap.outcome.written import again
 
 Content = dict[str, Any]  # a part of findings.json
 
 
 def concluded(done: Searched) -> Found:
     """The verdict with everything that report, findings file and improved rig file need."""
-    done, half_width = _weighed(done)
+    done, half_width = _with_intervals(done)
     judged = judged_file(done, half_width)
     places = _places(done, judged.word)
-    if not done.decided:
-        done = replace(done, state=replace(done.state, screening=_smallest(done.state, done.progress)))
     state, progress = done.state, done.progress
     found, leads = _findings(done, judged, half_width)
     word = with_steps(judged.word, state.coarse)
@@ -61,52 +56,37 @@ def concluded(done: Searched) -> Found:
         problems=done.problems,
         improved_text=text,
         content=content,
-        by_evidence=done.decided is not None,
         with_all_logs=judged.all_logs.seen if judged.all_logs else None,
     )
 
 
-def _weighed(done: Searched) -> tuple[Searched, Array]:
-    """The search with its weak names told, and the 95 % half width of every free number."""
+def _with_intervals(done: Searched) -> tuple[Searched, Array]:
+    """The search at the common scale, and the 95 % half width of every free number; infinite where nothing could be fitted."""
+    if done.decided is None:
+        return done, np.full(len(done.state.nominal.free), np.inf)
     state = _at_own_scale(done.state)
     done.progress("confidence intervals")
-    half_width = confidence(state.current, state.costs)
-    if done.decided:
-        return replace(done, state=state), np.maximum(half_width, done.decided.half_width)
-    return replace(done, state=weighed(state, half_width, done.progress)), half_width
+    return replace(done, state=state), np.maximum(confidence(state.current, state.costs), done.decided.half_width)
 
 
 def _places(done: Searched, word: Verdict) -> list[Disagreement]:
-    """Where something acts that the evidence cannot name; else where the rig file and the hold-out disagree."""
+    """Where something acts that cannot be named; else where the rig file and the hold-out disagree."""
     if done.decided and done.decided.places and word.word == "unknown":
         return list(done.decided.places)
-    return localise(done.nominal, done.names, done.state.first_screening, done.loaded.rig)
+    return localise(done.nominal, done.names, next(iter(done.state.named), None), done.loaded.rig)
 
 
-def _at_own_scale(state: GateSearch) -> GateSearch:
+def _at_own_scale(state: SearchState) -> SearchState:
     fitted = at_own_scale(state.current, state.costs)
     return state if fitted is state.current else replace(state, current=fitted, seen=again(state, fitted.model))
 
 
 def _findings(done: Searched, judged: JudgedFile, half_width: Array) -> tuple[list[Content], list[Content]]:
     """What the written file has, and what helped but left too much to be named."""
-    state, word = done.state, judged.word
-    named = state.current.model if word.word == "unknown" else judged.lean
-    widths = widths_of(state, half_width)
-    found = [finding(state, step, named, widths, word) for step in state.steps]
-    if done.decided:
-        widths = widths_of(state, done.decided.chosen.half_width)
-        final = [finding(state, step, done.decided.chosen.model, widths, word) for step in state.steps]
-        found = [done.decided.with_probability(_beside(*pair)) for pair in zip(final, found, strict=True)]
-        found += done.decided.changes
-    steps = [step_finding(item) for item in state.coarse]
-    return (steps, found) if word.word == "unknown" else ([*found, *steps], [])
-
-
-def _beside(final: Content, by_fit: Content) -> Content:
-    """A finding with the numbers of all logs, those of the fit logs beside them."""
-    known = by_fit["parameters"]
-    return final | {"parameters": {key: item | by_fit_logs(known[key]) for key, item in final["parameters"].items()}}
+    state, steps = done.state, [step_finding(item) for item in done.state.coarse]
+    by_fit = Fitted(state.current.model, half_width)
+    found = [finding(name, done.decided.chosen, by_fit) for name in state.named] if done.decided else []
+    return (steps, found) if judged.word.word == "unknown" else ([*found, *steps], [])
 
 
 def _constants(done: Searched, judged: JudgedFile, half_width: Array) -> Content:
@@ -129,8 +109,8 @@ def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Con
         "judge": [one.as_dict() for one in done.decided.said.judge] if done.decided else [],
         "held": _held(done, word, told),
         "remainder": judged.rest,
-        "not_seen": not_seen(done.decided.least if done.decided else least_sizes(state.screening), told_of, readable(logs, loaded.rig)),
-        "next_maneuver": next_of(loaded, state, word, progress) if done.settings.propose else None,
+        "not_seen": not_seen(done.decided.least if done.decided else (), told_of, readable(logs, loaded.rig)),
+        "next_maneuver": next_of(loaded, state, progress) if done.settings.propose else None,
         "data": [{"text": problem.text(), "fatal": problem.fatal} for problem in done.problems],
         "temperatures": _temperatures(state, judged.written.model, progress),
     }
@@ -154,15 +134,6 @@ def said(word: Verdict, findings: Sequence[Content]) -> str:
     return f"verdict: {word.word}" + (f": {'; '.join(names)}" if names else "")
 
 
-def _smallest(state: GateSearch, progress: Progress) -> Screening:
-    """The smallest size of every effect not named that would have been."""
-    rest = candidates(state.current.model.rig, state.channels)
-    last = screen_sizes(state.current, state.costs, rest, state.seen_at, progress, state.first_screening)
-    progress("smallest sizes that would have been named")
-    fitted = checked(last, state.current, state.costs, state.seen_at)
-    return on_hold_out(fitted, state.current, state.seen, state.costs, len(rest))
-
-
 def _gap(done: Searched, judged: JudgedFile) -> Content:
     """Costs in noise floors, and the error of every channel in its unit, before and after."""
     final, all_logs = judged.file.seen, judged.all_logs
@@ -179,7 +150,7 @@ def _gap(done: Searched, judged: JudgedFile) -> Content:
     }
 
 
-def _temperatures(state: GateSearch, lean: Model, progress: Progress) -> list[dict[str, object]]:
+def _temperatures(state: SearchState, lean: Model, progress: Progress) -> list[dict[str, object]]:
     """How the oil warms up beside the simulation with the file that is written, hold-out logs only."""
     found = warmings(state.holdouts, lean.vector(), lean.rig)
     for warming in found:

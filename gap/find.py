@@ -25,11 +25,11 @@ from config.errors import LogError, PlantError
 from config.loading.load import LoadedRig, load_rig
 from config.progress import Progress
 from config.whole_file import write_whole
-from gap.by_evidence import by_evidence
 from gap.conclusion import concluded
 from gap.data.channel_check import comparable
 from gap.data.coarse_steps import CoarseStep, coarse_steps
 from gap.data.data_check import DataProblem, check, refuse_pairing, same_maneuver
+from gap.data.experiments import experiments_of
 from gap.data.log_parts import load_parts
 from gap.data.measured import Measured
 from gap.data.windows import Experiment
@@ -38,17 +38,14 @@ from gap.fitting.model import Model
 from gap.fitting.model_check import against_model
 from gap.fitting.nuisance import nuisances
 from gap.judged_file import Searched
+from gap.naming import decide
 from gap.outcome.file_units import FileUnits
 from gap.outcome.findings import as_text
 from gap.outcome.found import Found
+from gap.outcome.search_state import SearchState, opening_state
 from gap.report.report import write_report
 from gap.report.unseen import unseen
-from gap.search.final_weighing import weighed_finally
-from gap.search.held_at_priors import look_held_at_priors, search_held_at_priors
-from gap.search.joint_fits import look_jointly
-from gap.search.opening import experiments_of, started
-from gap.search.search_state import GateSearch
-from gap.search.settings import Settings
+from gap.settings import Settings
 
 DEFAULTS = Settings()
 
@@ -100,14 +97,11 @@ def _searched(
     logs = [*fit_logs, *holdout_logs]
     names, experiments, held = experiments_of(loaded, fit_logs, holdout_logs, settings)
     model = _opening_model(loaded, names, logs, (experiments, held), progress)
-    state, nominal = started(model, experiments, held, frozenset(names), progress)
+    state = opening_state(model, experiments, held, frozenset(names), progress)
+    nominal = state.seen
     faults, decided = _beside_model(nominal, names, progress), None
     if not any(fault.fatal for fault in faults):
-        if settings.decide == "evidence":
-            state, decided = by_evidence(loaded, names, state, experiments, progress)
-        else:
-            state = look_jointly(search_held_at_priors(state, progress), progress)
-            state = weighed_finally(look_held_at_priors(state, progress), progress)
+        state, decided = decide(loaded, names, state, experiments, progress)
         state = replace(state, coarse=_coarse(loaded, fit_logs, holdout_logs, state))
     return concluded(Searched(loaded, names, state, nominal, [*problems, *faults], logs, settings, progress, decided))
 
@@ -159,9 +153,11 @@ def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
     return problems
 
 
-def _coarse(loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], state: GateSearch) -> tuple[CoarseStep, ...]:
+def _coarse(
+    loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], state: SearchState
+) -> tuple[CoarseStep, ...]:
     """Readings in steps that neither the rig file nor the search has."""
-    named = {step.trial.candidate.label for step in state.steps}
+    named = {name.suspect.label for name in state.named}
     found = coarse_steps(fit_logs, holdout_logs, loaded.rig)
     return tuple(item for item in found if f"sensor_quantization at {item.where}" not in named)
 

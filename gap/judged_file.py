@@ -8,28 +8,29 @@ from typing import Any
 
 from config.loading.load import LoadedRig
 from config.progress import Progress
-from gap.by_evidence import Decided
 from gap.data.data_check import DataProblem
 from gap.data.measured import Array, Measured
 from gap.fitting.evaluation import Evaluation, mean_cost
-from gap.fitting.model import Model
+from gap.naming import Decided
+from gap.outcome.model_file import moved
+from gap.outcome.names import Fitted
+from gap.outcome.search_state import SearchState
 from gap.outcome.steadiness import Steadiness, in_words, steadiness, unsteady
-from gap.outcome.written import ImprovedFile, Writer, changed, file_model, leanest
+from gap.outcome.verdict import Verdict
+from gap.outcome.written import ImprovedFile, Writer, file_model
 from gap.remainder.kept_remainder import kept_remainder
 from gap.remainder.remainder import remainder, sentence
-from gap.search.search_state import GateSearch
-from gap.search.settings import Settings
-from gap.search.verdict import Verdict, verdict
+from gap.settings import Settings
 
 
 @dataclass(frozen=True, slots=True)
 class Searched:
     """A finished search with what it was given. `names`: the channels compared; `nominal`: the hold-out with the file as it was;
-    `decided`: what the evidence said, where it decided instead of the gates."""
+    `decided`: what the evidence says; None where the data cannot be used."""
 
     loaded: LoadedRig
     names: list[str]
-    state: GateSearch
+    state: SearchState
     nominal: tuple[Evaluation, ...]
     problems: list[DataProblem]
     logs: Sequence[Measured]
@@ -40,23 +41,21 @@ class Searched:
     @property
     def refit(self) -> float:
         """Cost of the hold-out with the best constants alone."""
-        return mean_cost(self.state.constants_only)
+        return mean_cost(self.state.alone_seen)
 
 
 @dataclass(frozen=True, slots=True)
 class JudgedFile:
     """The verdict on the written file; its text, with a table of the remainder if one is kept; what is left without a name.
 
-    `file`: as the fit logs have it, which predicts the hold-out blind; `all_logs`: the one that is written instead, where the search has
-    fitted its constants to all logs in the end. `lean`: the model with the fewest changes that is as good, `steady`: its constants log by
-    log, where they are the verdict.
+    `file`: as the fit logs have it, which predicts the hold-out blind; `all_logs`: the one that is written instead, with its constants
+    fitted to all logs in the end. `steady`: changed constants log by log, where they are the verdict.
     """
 
     word: Verdict
     file: ImprovedFile
     text: str
     rest: dict[str, Any] | None
-    lean: Model
     steady: list[Steadiness]
     all_logs: ImprovedFile | None
 
@@ -68,37 +67,27 @@ class JudgedFile:
 
 def judged_file(done: Searched, half_width: Array) -> JudgedFile:
     """`half_width`: 95 %, of every free number."""
-    state, progress = done.state, done.progress
-    draft = _draft(done)
-    lean = state.current.model if done.decided else leanest(state, half_width, progress)  # the evidence has weighed every change
-    steady = steadiness(state, lean, changed(state.current.model, lean, half_width)) if draft.word == "parameter_mismatch" else []
+    state = done.state
+    word, model = _word(done), state.current.model
+    steady = steadiness(state, model, moved(model, half_width)) if word.word == "parameter_mismatch" else []
+    if differing := in_words(unsteady(steady)):
+        word = replace(word, why=f"{word.why} But {differing}: a missing effect may hide there.")
     alone = done.decided.alone[0] if done.decided and done.decided.alone else None
-    writer = Writer(done.loaded, state, half_width, lean, done.nominal, progress, alone)
-    word, file = (draft, writer.file(draft)) if done.decided else _judged(writer, draft, done.refit, in_words(unsteady(steady)))
-    file, text, rest = _with_remainder(writer, word, file, done)
+    writer = Writer(done.loaded, state, Fitted(model, half_width), done.nominal, alone)
+    file, text, rest = _with_remainder(writer, word, writer.file(word), done)
     all_logs = _with_all_logs(writer, word, file, done.decided) if done.decided and text == file.text else None
     if word.word == "unknown":
         said_of_rest = f" {sentence(rest)}" if rest else ""
         word = replace(word, why=f"{word.why} {_of_file(file, all_logs, done.loaded)}{said_of_rest}")
-    return JudgedFile(word, file, all_logs.text if all_logs else text, rest, lean, steady, all_logs)
+    return JudgedFile(word, file, all_logs.text if all_logs else text, rest, steady, all_logs)
 
 
-def _draft(done: Searched) -> Verdict:
-    """The verdict on the fitted model, before any file is written."""
+def _word(done: Searched) -> Verdict:
+    """The verdict; data that cannot be used say nothing else."""
     fatal = [problem.text() for problem in done.problems if problem.fatal]
-    if fatal:
+    if done.decided is None:
         return Verdict("data_problem", f"Nothing is said about the plant: {'; '.join(fatal)}", False)
-    return done.decided.verdict if done.decided else verdict(done.state, mean_cost(done.nominal), done.refit, done.state.cost)
-
-
-def _judged(writer: Writer, draft: Verdict, refit: float, unsteady_words: str) -> tuple[Verdict, ImprovedFile]:
-    """The verdict on the file as it is written, and that file."""
-    file, word = writer.file(draft), draft
-    if draft.word not in ("unknown", "data_problem"):
-        word = verdict(writer.state, mean_cost(writer.nominal), refit, file.cost, unsteady_words)
-        if word.word == "unknown":  # what is written predicts a little worse than what was fitted
-            file = writer.file(word)
-    return word, file
+    return done.decided.verdict
 
 
 def _with_all_logs(writer: Writer, word: Verdict, file: ImprovedFile, decided: Decided) -> ImprovedFile | None:
@@ -107,7 +96,7 @@ def _with_all_logs(writer: Writer, word: Verdict, file: ImprovedFile, decided: D
     if not file.model.free:
         return None
     fitted = decided.written
-    writer = replace(writer, half_width=fitted.half_width, lean=fitted.model, alone=fitted.model if decided.alone else None)
+    writer = replace(writer, fitted=fitted, alone=fitted.model if decided.alone else None)
     found = writer.file(word)
     return found if found.model.free else None
 

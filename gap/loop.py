@@ -18,7 +18,7 @@ from gap.find import find
 from gap.maneuvers.closed_loop import planned
 from gap.maneuvers.designs import ManeuverDesign, designs
 from gap.outcome.findings import explanations
-from gap.search.settings import Settings
+from gap.settings import Settings
 
 MOST_ROUNDS = 4
 FIRST = ("paper_line", "joint_steps")  # what is run when there are no logs yet: one to fit, one to decide

@@ -27,7 +27,7 @@ class StudyCase:
 
 
 def searches(rig: str, pairs: Sequence[tuple[Path, Path]], out: Path) -> list[StudyCase]:
-    """One search a pair (log to fit, log that decides), named after the fitted log."""
+    """One search a pair (log to fit, log that judges), named after the fitted log."""
     names = [fit.stem for fit, _ in pairs]
     twice = {name for name in names if names.count(name) > 1}
     if twice:

@@ -175,7 +175,7 @@ def find_gap(
     LogError for data that cannot carry a verdict, with the channel and what to do.
     """
     from gap.find import find
-    from gap.search.settings import Settings
+    from gap.settings import Settings
 
     fit, held = [Path(log) for log in logs], [Path(log) for log in holdouts]
     return find(rig, fit, held, Path(out), lambda line: None, Settings(propose=propose)).content

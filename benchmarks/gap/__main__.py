@@ -22,7 +22,7 @@ from benchmarks.gap.measured_search import Search, measured, measured_on_dask
 from config.loading.load import LoadedRig, load_rig, rig_from_text
 from daemon.cli.gap.gap_demo import without
 from daemon.lockstep import run_lockstep
-from gap.search.settings import PROCESSORS
+from gap.settings import PROCESSORS
 from recording.files.reader import read_log
 
 WANTED_S, WANTED_GIB = 60.0, 2.0

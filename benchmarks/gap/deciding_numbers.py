@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 from config.loading.load import LoadedRig, rig_from_text
+from gap.data.experiments import experiments_of
 from gap.data.measured import Measured, load
 from gap.evidence import deciding_numbers, opening, promises, search_state, set_fits, stages
 from gap.evidence.judgement import posterior
@@ -22,8 +23,7 @@ from gap.evidence.noise import discrepancy
 from gap.evidence.score import bootstrap, changed, coarsening, prior
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 from tests.support.gap.maxwell_axis import maxwell_axis
 

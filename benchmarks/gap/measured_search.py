@@ -15,17 +15,16 @@ from unittest.mock import patch
 from zlib import crc32
 
 from config.schema.rig import Rig
-from gap import conclusion
+from gap.evidence import opening, search_state
 from gap.executor import each, executor
 from gap.find import find
 from gap.fitting import initial_states, simulate
-from gap.search import joint_fits, select
-from gap.search.settings import Settings
-from gap.signatures.candidates import Candidate, candidates
+from gap.settings import Settings
+from gap.suspects.candidates import Candidate, candidates
 from sim_backend.kernel.batch import WindowPlan
 
 CARRIED, RESTARTED = (simulate, "carry"), (initial_states, "restart")
-ASKING = (select, joint_fits, conclusion)  # for the candidates
+ASKING = (opening, search_state)  # for the candidates
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """One log evidence over effects and constants together, with a model discrepancy: names with their probabilities.
 
-Imports `data`, `fitting` and `signatures`. Rooms:
+Imports `data`, `fitting` and `suspects`. Rooms:
 
 - noise: what a right model may still be off by, and how large it is
 - score: how probable the logs are under one set of suspects

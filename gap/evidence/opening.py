@@ -19,7 +19,7 @@ from gap.evidence.score.hypothesis import about, counted, hypothesis_at
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.model import Free, Model
 from gap.fitting.simulate import some
-from gap.signatures.candidates import candidates
+from gap.suspects.candidates import candidates
 
 
 def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment], names: Sequence[str]) -> EvidenceSearch:

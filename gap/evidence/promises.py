@@ -20,7 +20,7 @@ from gap.evidence.score.hypothesis import Hypothesis, Suspect, doubtful, hypothe
 from gap.evidence.screening import Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
-from gap.signatures.candidates import Candidate
+from gap.suspects.candidates import Candidate
 
 _FOLLOWED = 6  # best promises of a screening that are followed along straight lines
 

@@ -25,8 +25,8 @@ from gap.evidence.score.laplace import added
 from gap.evidence.score.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
-from gap.signatures.candidates import Candidate
-from gap.signatures.screen import placed, points
+from gap.suspects.candidates import Candidate
+from gap.suspects.points import placed, points
 
 _COLUMN_ERROR = 0.03  # of a column, relative: its difference over a size of its own, those of the constants over theirs
 

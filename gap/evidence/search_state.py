@@ -12,7 +12,7 @@ from gap.evidence.score.bootstrap import Weight, bootstrapped
 from gap.evidence.score.changed import changeable
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.screening import Promise
-from gap.signatures.candidates import candidates
+from gap.suspects.candidates import candidates
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,6 +50,7 @@ def grown(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """One suspect more, as long as the posterior grows with it."""
     while len(search.best.suspects) < _MOST_EFFECTS:
         best = search.best
+        progress(_screening(search, best))
         wide = widened(search, best)
         search = _decided(wide, best, progress, 0 if best.suspects else _ALWAYS)
         search = _two_at_once(search, best, wide.waiting, progress)
@@ -57,6 +58,14 @@ def grown(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
             break
         search = _about_best(search, best)
     return search
+
+
+def _screening(search: EvidenceSearch, base: Hypothesis) -> str:
+    return f"screening {len(search.suspects_beside(base))} suspects beside {_words(base)}"
+
+
+def _words(hypothesis: Hypothesis) -> str:
+    return ", ".join(sorted(hypothesis.labels)) or "constants alone"
 
 
 def _two_at_once(search: EvidenceSearch, best: Hypothesis, promised: Sequence[Open], progress: Progress) -> EvidenceSearch:
@@ -81,6 +90,7 @@ def exchanged(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
             part = part_of(search, lead, suspect)
             search = less(search, lead, part)
             rest = search.fit_of(part[0].labels)
+            progress(_screening(search, rest))
             search = in_its_place(widened(search, rest), *part)
             search = _rivals_ended(_decided(search, lead, progress, 0), lead, rest)
         after = _leading(search)
@@ -129,7 +139,7 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
         if not unsure:
             return search
         best = max(unsure, key=lambda one: one[0])[1]
-        progress(f"to its end: {', '.join(sorted(best.labels)) or 'constants alone'}")
+        progress(f"to its end: {_words(best)}")
         search = to_floor(search, best)
         done = search.fit_of(best.labels)
         for suspect in done.suspects:
@@ -170,7 +180,7 @@ def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, alway
         rest = tuple(w for w in search.waiting if w is not first)
         done = refined(search, first)
         beside = search.fit_of(first.base.labels)
-        progress(f"  {', '.join(sorted(done.labels))}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
+        progress(f"  {_words(done)}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
         search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))
         if search.best.labels == done.labels:

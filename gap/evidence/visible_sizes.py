@@ -13,7 +13,7 @@ from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.where_shown import first_lines, first_of, sizes_shown, taken_there
 from gap.fitting.model import Model
-from gap.signatures.candidates import Candidate
+from gap.suspects.candidates import Candidate
 
 _ROUNDS = 3  # of columns
 

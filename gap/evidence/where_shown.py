@@ -22,8 +22,8 @@ from gap.evidence.score.laplace import added
 from gap.evidence.screening import LinearSignature, Screen
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
-from gap.signatures.candidates import Candidate
-from gap.signatures.screen import placed
+from gap.suspects.candidates import Candidate
+from gap.suspects.points import placed
 
 _CLOSE = 1.3  # ratio of the size found to the one that its column was taken at, up to which it is proportional
 

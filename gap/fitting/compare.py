@@ -7,13 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap.data.measured import Array
-from gap.fitting.evaluation import NO_GAP, Evaluation, mean_cost, values_compared
+from gap.fitting.evaluation import Evaluation, mean_cost, values_compared
 
 BOUND = 3.0  # own standard deviations of a window beyond which it only says "much better": no single window decides
 EVEN = 0.05  # of the mean excess: windows in which both models stay below it hold none of the gap and have no vote …
 LARGE_GAP = 2.0  # … where the gap is larger than this many noise floors
-LEAST_LOGS = 3
-LEAST_LOG_SD = 0.02  # of a log's gain: no two logs agree better than that
 EXACT = 1e-6  # noise floors: a quantised signal at rest is predicted exactly
 LEAST_TELLING = 6  # windows that must be left, for others to be left out
 
@@ -43,18 +41,6 @@ def paired_t(before: Sequence[Evaluation], after: Sequence[Evaluation]) -> float
     variance = float(np.mean((pooled - mean) ** 2))
     lagged = sum(float(np.sum((g[1:] - mean) * (g[:-1] - mean))) for g in gains) / len(pooled)
     return mean / float(np.sqrt((max(variance + lagged, 0.25 * variance) + 1.0) / len(pooled)))
-
-
-def separation_t(worse: Sequence[Evaluation], better: Sequence[Evaluation]) -> float:
-    """How clearly the hold-out tells two explanations apart: the smaller of the windows' t and, from three hold-out logs on, that of
-    the logs. While a gap stays open the windows of a log share what neither model has, so it is the logs that agree or do not. Where
-    the better one leaves nothing in any log, how much the other leaves in each is how much that log can tell, and no disagreement."""
-    by_window = paired_t(worse, better)
-    if len(worse) < LEAST_LOGS or all(mean_cost([e]) <= NO_GAP for e in better):
-        return by_window
-    gains = np.array([np.log((mean_cost([a]) + EXACT) / (mean_cost([b]) + EXACT)) for a, b in zip(worse, better, strict=True)])
-    spread = max(float(gains.std(ddof=1)), LEAST_LOG_SD) / np.sqrt(len(gains))
-    return float(min(by_window, gains.mean() / spread))
 
 
 def window_sd(evaluation: Evaluation) -> Array:

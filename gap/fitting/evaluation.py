@@ -17,18 +17,17 @@ from gap.fitting.initial_states import Projection, marginalised_readings
 from gap.fitting.model import Model
 from gap.fitting.simulate import residual, simulate
 
-NO_GAP = 1.05  # noise floors up to which there is nothing to explain
+FLOOR = 1.0  # noise floors: nothing but noise is left
 HUBER = 6.0  # residuals beyond this many standard deviations (of noise, or of the first model's residual) count linearly
 
 
 @dataclass(frozen=True, slots=True)
 class Costing:
     """How residuals count: Huber threshold of every channel, fixed by the first model so that costs compare, and the samples that count as
-    one: `caution` times the correlation time."""
+    one, the correlation time."""
 
     threshold: Array
     tau: float
-    caution: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +55,7 @@ def costing(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> Costin
 
 def recounted(costs: Costing, now: Sequence[Evaluation]) -> Costing:
     """The costing with the correlation time of another model's residual; costs stay comparable."""
-    tau = costs.caution * _correlation([e.experiment for e in now], [e.left for e in now])
-    return Costing(costs.threshold, tau, costs.caution)
+    return Costing(costs.threshold, _correlation([e.experiment for e in now], [e.left for e in now]))
 
 
 def _correlation(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> float:
@@ -101,6 +99,19 @@ def mean_channel_costs(evaluations: Sequence[Evaluation]) -> Array:
     costs = np.array([e.channel_costs for e in evaluations])
     there = np.isfinite(costs)
     return np.asarray(np.where(there.any(axis=0), np.where(there, costs, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1), 1.0))
+
+
+def channel_rms(evaluations: Sequence[Evaluation], names: Sequence[str]) -> dict[str, float]:
+    """Root mean square of what is left in each channel, in its unit."""
+    found = {}
+    for k, name in enumerate(names):
+        parts = []
+        for e in evaluations:
+            left = e.left[:, : e.experiment.measured[0].size].reshape(e.experiment.measured.shape)[:, :, k]
+            parts.append(left[np.isfinite(e.experiment.measured[:, :, k])] * e.experiment.sigma[k])
+        pooled = np.concatenate(parts)
+        found[name] = float(np.sqrt(np.mean(pooled**2))) if pooled.size else float("nan")
+    return found
 
 
 def rho(experiment: Experiment, left: Array, costs: Costing | None) -> Array:

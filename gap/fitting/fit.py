@@ -14,7 +14,6 @@ import numpy as np
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, limits, mean_cost, rho
-from gap.fitting.initial_states import Projection
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities
 from gap.fitting.simulate import simulate
@@ -24,7 +23,8 @@ INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard
 CARRIES = 0.05  # of the largest share in a step's effect, below which a constant's sensitivity is not renewed either
 MOST_RENEWALS = 2  # of the sensitivities in one fit: more are spent on models that are wrong anyhow
 HALF = 0.5  # of the promised gain; a step that gives less was made with stale sensitivities
-ENOUGH = 5e-3  # relative gain of a step below which a fit ends
+CONVERGED = 1e-3  # relative gain of a step below which a fit ends
+MOST_STEPS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,34 +46,18 @@ class Fit:
         return mean_cost(self.evaluations)
 
 
-def fit(
-    model: Model,
-    experiments: Sequence[Experiment],
-    costs: Costing,
-    moving: Sequence[int],
-    jacobian: Sequence[Array] | None = None,
-    steps: int = 4,
-    projections: Sequence[Projection] | None = None,
-    enough: float = ENOUGH,
-) -> Fit:
-    """Least squares over all free numbers. Sensitivities are taken from `jacobian` (columns in the order of model.free) where given, those
-    of the effects in `moving` renewed at the start; else all are computed. From step to step they follow by C. Broyden's update
-    (Math. of Computation 19, 1965); where a step disappoints, those of `moving` are computed again. The initial states are marginalised
-    about the model's start unless `projections` are given."""
-    now = [evaluate(e, model, costs, projections[k] if projections else None) for k, e in enumerate(experiments)]
-    base = [e.readings for e in now]
-    raw = [j.copy() for j in jacobian] if jacobian is not None else sensitivities(model, experiments, range(len(model.free)), base)
-    columns = [projected(e, j) for e, j in zip(now, raw, strict=True)]
-    work = _Descent(model, now, raw, columns, costs)
-    if jacobian is not None:
-        work.renew([k for k in moving if not model.free[k].prior])
-    fresh, disappointed, renewed = jacobian is None, False, 0
-    for _ in range(steps):
+def fit(start: Model, experiments: Sequence[Experiment], costs: Costing) -> Fit:
+    """Least squares over all free numbers. From step to step the sensitivities follow by C. Broyden's update (Math. of Computation 19,
+    1965); where a step disappoints, they are computed again. The initial states are marginalised about `start`."""
+    begun = unfitted(start, [evaluate(e, start, costs) for e in experiments], costs)
+    work = _Descent(begun, costs)
+    fresh, disappointed, renewed = True, False, 0
+    for _ in range(MOST_STEPS):
         if disappointed and renewed < MOST_RENEWALS:
-            work.renew(work.visible(moving))
+            work.renew(work.visible())
             fresh, renewed = True, renewed + 1
         gained, kept_promise = work.step()
-        if (gained is None and (fresh or renewed == MOST_RENEWALS)) or (gained is not None and gained < enough):
+        if (gained is None and (fresh or renewed == MOST_RENEWALS)) or (gained is not None and gained < CONVERGED):
             break
         fresh, disappointed = False, not kept_promise
     return Fit(work.model, tuple(work.now), tuple(work.raw), tuple(work.columns), work.objective)
@@ -82,8 +66,9 @@ def fit(
 class _Descent:
     """The state of one fit between its steps."""
 
-    def __init__(self, model: Model, now: list[Evaluation], raw: list[Array], columns: list[Array], costs: Costing) -> None:
-        self.model, self.now, self.raw, self.columns, self._costs = model, now, raw, columns, costs
+    def __init__(self, begun: Fit, costs: Costing) -> None:
+        self.model, self.now, self._costs = begun.model, list(begun.evaluations), costs
+        self.raw, self.columns = list(begun.jacobian), list(begun.columns)
         self.taken: Array | None = None  # the last step, in the numbers' scales
         self._weigh()
 
@@ -100,12 +85,12 @@ class _Descent:
             raw[list(numbers)] = new
             columns[list(numbers)] = projected(evaluation, new)
 
-    def visible(self, moving: Sequence[int]) -> list[int]:
-        """Of `moving`, the effects' parameters and the constants that these logs can see and that the last step, if any, moved."""
+    def visible(self) -> list[int]:
+        """The effects' parameters, and the constants that these logs can see and that the last step, if any, moved."""
         energy = sum(np.sum(column**2, axis=(1, 2)) for column in self.columns) / self.temper
         carried = energy * (self.taken**2 if self.taken is not None else 0.0)
         seen = (energy > INVISIBLE) & (carried >= CARRIES**2 * carried.max(initial=0.0))
-        return [k for k in moving if not self.model.free[k].prior or seen[k]]
+        return [k for k, free in enumerate(self.model.free) if not free.prior or seen[k]]
 
     def step(self) -> tuple[float | None, bool]:
         """One step: relative gain (None when no step helps), and whether it gave at least half of what it promised."""
@@ -208,9 +193,10 @@ def _bounded(model: Model, normal: Array, gradient: Array) -> Array:
     return np.clip(model.theta + step, low, high) - model.theta
 
 
-def unfitted(model: Model, now: Sequence[Evaluation], costs: Costing) -> Fit:
-    """The model as it stands, evaluated as `now`, with its Jacobian."""
+def unfitted(model: Model, now: Sequence[Evaluation], costs: Costing, jacobian: Sequence[Array] | None = None) -> Fit:
+    """The model as it stands, evaluated as `now`, with its sensitivities (computed where they are not given)."""
     now, experiments = tuple(now), [e.experiment for e in now]
-    jacobian = sensitivities(model, experiments, range(len(model.free)), [e.readings for e in now])
+    if jacobian is None:
+        jacobian = sensitivities(model, experiments, range(len(model.free)), [e.readings for e in now])
     columns = tuple(projected(e, j) for e, j in zip(now, jacobian, strict=True))
     return Fit(model, now, tuple(jacobian), columns, objective(model, now, costs))

@@ -15,7 +15,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gap.data.measured import Array
 from gap.data.windows import SHAPE_RATE_SD, Experiment
@@ -62,19 +61,6 @@ class Projection:
 
     sensitivity: Array
     gain: Array  # windows × states × values
-    of_friction: NDArray[np.bool_] | None = None  # which of the states stand for friction, or hang on it
-
-    def of_windows(self, numbers: Sequence[int] | NDArray[np.int64]) -> Projection:
-        """The same for some of the windows."""
-        return Projection(self.sensitivity[numbers], self.gain[numbers], self.of_friction)
-
-    @property
-    def plain(self) -> Projection:
-        """The same with the friction's states and form known: these are linear only about a friction that is right already."""
-        if self.of_friction is None or not self.of_friction.any():
-            return self
-        a = self.sensitivity[:, :, ~self.of_friction]
-        return Projection(a, _gain(a))
 
     def apply(self, e: Array) -> Array:
         """windows × values → windows × (values + states): what is left, then the cost of the initial states."""
@@ -87,11 +73,6 @@ class Projection:
         e = columns.transpose(1, 2, 0)
         moved = np.matmul(self.gain, e)
         return np.concatenate([e - np.matmul(self.sensitivity, moved), moved], axis=1).transpose(2, 0, 1)
-
-
-def marginalised(experiment: Experiment, p: Vector) -> Projection:
-    """The projection that takes out each window's unknown initial state, linearised at the parameters `p`."""
-    return marginalised_readings(experiment, p)[1]
 
 
 def marginalised_readings(experiment: Experiment, p: Vector, more: Sequence[StartState] = ()) -> tuple[Array, Projection]:
@@ -108,9 +89,7 @@ def marginalised_readings(experiment: Experiment, p: Vector, more: Sequence[Star
     values = experiment.measured[0].size
     blank = np.empty((experiment.windows, values, 0))
     a = np.stack([np.nan_to_num(column).reshape(experiment.windows, -1) for column in columns], axis=2) if columns else blank
-    bristles = {slot * D_STRIDE + D.BRISTLE for slot in range(SLOTS)}
-    of_friction = np.array([s.number in bristles for s in states] + [True] * (len(moved) - len(states)), dtype=np.bool_)
-    return base[:, :, experiment.columns], Projection(a, _gain(a), of_friction)
+    return base[:, :, experiment.columns], Projection(a, _gain(a))
 
 
 def _gain(a: Array) -> Array:

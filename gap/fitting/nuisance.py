@@ -39,6 +39,7 @@ FORM_OF_FRICTION = {"bristle_stiffness": 10.0, "bristle_damping": 3.0, "bristle_
 OIL_SD_K = 2.0  # oil at the valves against the reservoir's thermometer, from which a log's temperature starts; per cent of °C mean nothing
 LEAST_SD_OF_EFFECT = 0.10  # friction, leakage and air change with oil, wear and temperature, however well they were once known
 HONEST = 2.0  # prior standard deviations within which 95 % of honest priors hold the true value
+ALARM = 3.0  # prior standard deviations: the constant, its prior or the structure is wrong
 LARGEST_PULL = 4.0  # prior standard deviations a fit may move a constant
 _GEOMETRY = ("travel", "initial", "stop_stiffness", "stop_restitution_loss", "quantity_kind")
 _SKIPPED = (

@@ -1,4 +1,4 @@
 """Which move or sensor would tell explanations apart.
 
-Imports `data`, `fitting`, `signatures` and `search`.
+Imports `data`, `fitting`, `suspects` and `outcome`.
 """

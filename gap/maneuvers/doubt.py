@@ -10,15 +10,14 @@ from gap.maneuvers.earlier_logs import earlier_logs
 from gap.maneuvers.next_maneuver import next_maneuver
 from gap.maneuvers.rivals import MOST_RIVALS, NONE
 from gap.maneuvers.separation import Rival
-from gap.search.look_alikes import look_alikes
-from gap.search.search_state import GateSearch, Step
-from gap.search.trial import Trial
-from gap.search.verdict import Verdict
+from gap.outcome.names import Explanation, entry_of
+from gap.outcome.search_state import SearchState
+from gap.suspects.candidates import Candidate
 
 
-def next_of(loaded: LoadedRig, state: GateSearch, word: Verdict, progress: Progress) -> dict[str, Any] | None:
+def next_of(loaded: LoadedRig, state: SearchState, progress: Progress) -> dict[str, Any] | None:
     """For look-alikes and for tentative names; None when every name is confirmed or there is none."""
-    rivals = doubtful(state, word)
+    rivals = doubtful(state)
     if not rivals:
         return None
     progress(f"which maneuver would separate {' and '.join(rival.name for rival in rivals)}?")
@@ -26,27 +25,25 @@ def next_of(loaded: LoadedRig, state: GateSearch, word: Verdict, progress: Progr
     return found.as_dict() if found else None
 
 
-def doubtful(state: GateSearch, word: Verdict) -> list[Rival]:
-    """The first effect with look-alikes and the closest of them; without look-alikes, the last tentative one and its runner-up."""
-    unclear = next(((step.trial, *alike) for step in state.steps if (alike := look_alikes(state, step))), None)
-    if unclear is not None:
-        return [_rival(state, trial) for trial in unclear[:MOST_RIVALS]]
-    tentative = [step for step in state.steps if step.weak or not word.confirmed]
-    if not tentative:
-        return []
-    last = tentative[-1]
-    return [_rival(state, last.trial), _runner_up(state, last)]
+def doubtful(state: SearchState) -> list[Rival]:
+    """The first effect with look-alikes and the likeliest of them; without look-alikes, the last tentative one and the model without it. No
+    maneuver is looked for between effects and changed numbers, which every explanation may change."""
+    effects = [name for name in state.named if isinstance(name.suspect, Candidate)]
+    for name in effects:
+        alike = [one.explanation for one in name.look_alikes if isinstance(one.explanation.suspect, Candidate)]
+        if alike:
+            return [_rival(state, one) for one in (name.explanation, *alike)[:MOST_RIVALS]]
+    tentative = [name.explanation for name in effects if not name.confirmed]
+    return [_rival(state, tentative[-1]), _without(state, tentative[-1])] if tentative else []
 
 
-def _runner_up(state: GateSearch, step: Step) -> Rival:
-    """The next best explanation that was fitted, else the model without the effect: that is fitted to no log, so none holds its numbers."""
-    others = [trial for trial in step.others if trial.gain > 0.0]
-    if others:
-        return _rival(state, min(others, key=lambda trial: trial.cost))
-    before = state.nominal.model if step is state.steps[0] else step.trial.fit.model.without_effect(step.entry)
-    return Rival(NONE, before)
+def _without(state: SearchState, one: Explanation) -> Rival:
+    """The model without the effect: that is fitted to no log, so none holds its numbers."""
+    assert isinstance(one.suspect, Candidate)
+    model = one.fit.model
+    return Rival(NONE, state.nominal if len(model.added) == 1 else model.without_effect(entry_of(one.suspect, model)))
 
 
-def _rival(state: GateSearch, trial: Trial) -> Rival:
-    model = trial.fit.model
-    return Rival(trial.candidate.label, model, earlier_logs(model, state.current, state.costs))
+def _rival(state: SearchState, one: Explanation) -> Rival:
+    model = one.fit.model
+    return Rival(one.suspect.label, model, earlier_logs(model, state.current, state.costs))

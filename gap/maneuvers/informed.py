@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from config.loading.load import LoadedRig
+from gap.data.experiments import experiments_of
 from gap.data.measured import Measured
 from gap.data.strata import chosen
 from gap.data.windows import velocities
@@ -14,8 +15,7 @@ from gap.fitting.fit import unfitted
 from gap.fitting.simulate import remembering, some
 from gap.maneuvers.earlier_logs import earlier_logs
 from gap.maneuvers.separation import Rival
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
+from gap.settings import Settings
 
 
 def informed(loaded: LoadedRig, rivals: Sequence[Rival], logs: Sequence[Measured]) -> list[Rival]:

@@ -12,7 +12,7 @@ from config.loading.load import LoadedRig
 from gap.maneuvers.closed_loop import measured_on
 from gap.maneuvers.designs import ManeuverDesign
 from gap.maneuvers.separation import Comparison, Rival, RivalRun, observed
-from gap.search.settings import PROCESSORS
+from gap.settings import PROCESSORS
 
 _STEPS = 4
 _ENOUGH = 0.99  # ratio of T from which a further step is not worth it

@@ -26,7 +26,7 @@ from gap.maneuvers.designs import ManeuverDesign, designs
 from gap.maneuvers.extra_sensor import ExtraSensor, extra_sensors, with_sensors
 from gap.maneuvers.proposal import Pair, Proposal
 from gap.maneuvers.separation import Comparison, Rival, RivalRun, Separation, observed
-from gap.search.settings import PROCESSORS
+from gap.settings import PROCESSORS
 from servo_control.planning.run_plan import RunPlan
 
 SENSOR_TRIALS = 2  # maneuvers on which sensors are tried

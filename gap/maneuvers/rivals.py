@@ -11,7 +11,7 @@ from config.loading.load import LoadedRig
 from gap.fitting.model import Model
 from gap.fitting.nuisance import nuisances
 from gap.maneuvers.separation import Rival
-from gap.signatures.candidates import candidates
+from gap.suspects.candidates import candidates
 
 NONE = "no missing effect"
 MOST_RIVALS = 4  # explanations between which a maneuver is sought: every pair costs two comparisons a maneuver

@@ -21,6 +21,7 @@ import numpy as np
 from config.loading.load import LoadedRig
 from gap.data.measured import Array, Measured
 from gap.data.noise import noise_floors
+from gap.data.window_length import window_length_s
 from gap.data.windows import Experiment, prepare
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate
@@ -28,7 +29,6 @@ from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities
 from gap.fitting.simulate import simulate
 from gap.maneuvers.earlier_logs import EarlierLogs
-from gap.signatures.window_length import window_length_s
 
 _LOOSE = 1e-6  # precision of a parameter without a prior
 

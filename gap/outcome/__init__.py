@@ -1,4 +1,4 @@
 """What a search leaves behind: where the gap is, the findings as JSON, the improved rig file.
 
-Imports every room before it.
+Imports `data`, `balance`, `fitting`, `suspects` and `evidence`.
 """

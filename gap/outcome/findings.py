@@ -13,15 +13,16 @@ from config.schema.effect import Equation
 from config.schema.effect_library import EFFECTS
 from gap.data.coarse_steps import CoarseStep
 from gap.data.measured import Array, Measured
+from gap.evidence.judgement.votes import Votes
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.hypothesis import Suspect
 from gap.fitting.model import Model
+from gap.fitting.nuisance import ALARM
 from gap.outcome.localise import Disagreement
-from gap.outcome.model_file import width_key
+from gap.outcome.names import Fitted, LookAlike, Named, entry_of, numbers_of
 from gap.outcome.steadiness import Steadiness
-from gap.search.look_alikes import look_alikes
-from gap.search.search_state import GateSearch, Step
-from gap.search.trial import Trial
-from gap.search.verdict import ALARM, Verdict
-from gap.signatures.screen import Screening
+from gap.outcome.verdict import Verdict
+from gap.suspects.candidates import Candidate
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,24 +38,71 @@ class LeastSize:
     stated: float | None = None
 
 
-def finding(state: GateSearch, step: Step, model: Model, widths: Mapping[str, float], verdict: Verdict) -> dict[str, Any]:
-    """One accepted effect, with the values of `model`, which is the one in the improved rig file."""
-    candidate = step.trial.candidate
-    numbers = model.of_effect(step.entry)
-    free = [(model.free[k], float(model.theta[k])) for k in numbers]
-    parameters = {item.key: number(value, widths[width_key(step, item.key)], item.unit) for item, value in free}
-    fixed = {name: step.entry.model_dump(by_alias=True).get(name) for name in (() if numbers else EFFECTS[candidate.effect].neutral)}
-    alike = look_alikes(state, step)
+def finding(name: Named, final: Fitted, by_fit: Fitted) -> dict[str, Any]:
+    """One name with the numbers of all logs (`final`), those of the fit logs beside them. Of a number of the rig file that has changed also
+    what was `stated`, and the `value` now."""
+    suspect, explanation = name.suspect, name.explanation
+    parameters = _beside(_parameters(suspect, final), _parameters(suspect, by_fit))
+    effect = EFFECTS.get(suspect.effect)
     return {
-        "effect": candidate.effect,
-        "where": candidate.where,
-        "confirmed": verdict.confirmed and not alike and not step.weak,
-        "parameters": parameters | {key: {"value": value, "unit": "", "ci95": [value, value]} for key, value in fixed.items()},
-        "holdout_gain": _short(step.trial.gain),
-        "t": _short(step.trial.t),
-        "look_alikes": [_look_alike(trial) for trial in alike],
-        "fingerprint": EFFECTS[candidate.effect].fingerprint,
-        "equation": candidate.equation,
+        "effect": suspect.effect,
+        "where": suspect.where,
+        "confirmed": name.confirmed,
+        "probability": _short(name.probability),
+        "parameters": parameters,
+        "holdout_gain": _short(explanation.gain),
+        "t": _short(explanation.t),
+        "look_alikes": [_look_alike(other) for other in name.look_alikes],
+        "fingerprint": effect.fingerprint if effect else "",
+        "equation": name.equation,
+        **_stated(suspect, parameters),
+        **_voted(name.votes),
+    }
+
+
+def _parameters(suspect: Suspect, fitted: Fitted) -> dict[str, Any]:
+    """What a model has of it; the effect's fixed keys where nothing of it is fitted."""
+    model, numbers = fitted.model, numbers_of(suspect, fitted.model)
+    if not numbers and isinstance(suspect, Candidate):
+        given = entry_of(suspect, model).model_dump(by_alias=True)
+        return {key: {"value": given.get(key), "unit": "", "ci95": [given.get(key)] * 2} for key in EFFECTS[suspect.effect].neutral}
+    return {_parameter(model, k): number(float(model.theta[k]), float(fitted.half_width[k]), model.free[k].unit) for k in numbers}
+
+
+def _parameter(model: Model, number: int) -> str:
+    return model.free[number].key.rpartition(".")[2]
+
+
+def _beside(final: dict[str, Any], by_fit: dict[str, Any]) -> dict[str, Any]:
+    return {key: item | by_fit_logs(by_fit[key]) for key, item in final.items()}
+
+
+def _stated(suspect: Suspect, parameters: dict[str, Any]) -> dict[str, Any]:
+    if not isinstance(suspect, Changed):
+        return {}
+    (changed,) = parameters.values()
+    return {"stated": _short(suspect.free.start), "value": changed["value"]}
+
+
+def _voted(votes: Votes | None) -> dict[str, Any]:
+    """What either log says of a name, the other one fitted (ln)."""
+    return {"votes": {"holdout": _short(votes.holdout), "fit_logs": _short(votes.fit_logs)}} if votes else {}
+
+
+def _look_alike(other: LookAlike) -> dict[str, Any]:
+    explanation, suspect, model = other.explanation, other.explanation.suspect, other.explanation.fit.model
+    fitted = {
+        _parameter(model, k): {"value": _short(float(model.theta[k])), "unit": model.free[k].unit} for k in numbers_of(suspect, model)
+    }
+    return {
+        "effect": suspect.effect,
+        "where": suspect.where,
+        "share": _short(other.share),
+        "holdout_gain": _short(explanation.gain),
+        "t": _short(explanation.t),
+        "parameters": fitted,
+        **_stated(suspect, fitted),
+        **_voted(other.votes),
     }
 
 
@@ -71,15 +119,6 @@ def step_finding(item: CoarseStep) -> dict[str, Any]:
         "fingerprint": EFFECTS["sensor_quantization"].fingerprint,
         "equation": Equation.SENSOR,
     }
-
-
-def _look_alike(trial: Trial) -> dict[str, Any]:
-    model = trial.fit.model
-    fitted = {
-        model.free[k].key: {"value": _short(float(model.theta[k])), "unit": model.free[k].unit} for k in model.of_effect(model.added[-1])
-    }
-    place = {"effect": trial.candidate.effect, "where": trial.candidate.where}
-    return place | {"holdout_gain": _short(trial.gain), "t": _short(trial.t), "parameters": fitted}
 
 
 def by_fit_logs(parameter: dict[str, Any]) -> dict[str, Any]:
@@ -117,12 +156,6 @@ def not_seen(sizes: Sequence[LeastSize], named: Set[tuple[str, str]], steps: Map
             row = {"effect": s.effect, "where": s.where, "parameter": s.parameter, "smallest_visible": _short(min(s.size, by_eye))}
             rows.append(row | {"unit": s.unit} | ({} if s.stated is None else {"stated": _short(s.stated)}))
     return sorted(rows, key=lambda row: (str(row["effect"]), str(row["where"])))
-
-
-def least_sizes(screening: Screening | None) -> list[LeastSize]:
-    """What a search by gates would have named."""
-    found = [(s.candidate, s) for s in (screening.signatures if screening else ())]
-    return [LeastSize(c.effect, c.where, c.free[0].key if c.free else "", s.unit, s.smallest_visible) for c, s in found]
 
 
 def document(

@@ -10,8 +10,8 @@ from gap.data.data_check import DataProblem
 from gap.data.measured import Array
 from gap.fitting.evaluation import Evaluation
 from gap.outcome.localise import Disagreement
-from gap.search.search_state import GateSearch
-from gap.search.verdict import Verdict
+from gap.outcome.search_state import SearchState
+from gap.outcome.verdict import Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Found:
 
     rig: LoadedRig
     channels: list[str]
-    state: GateSearch
+    state: SearchState
     nominal: tuple[Evaluation, ...]
     final: tuple[Evaluation, ...]
     half_width: Array
@@ -31,4 +31,3 @@ class Found:
     improved_text: str
     content: dict[str, Any]
     with_all_logs: tuple[Evaluation, ...] | None = None
-    by_evidence: bool = False

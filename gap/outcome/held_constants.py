@@ -2,7 +2,7 @@
 
 Beside the finished model each is left free by itself: where a Gauss-Newton step of it and all other numbers on the fit logs is clear (score
 test; C. Rao, Math. Proc. Cambridge Phil. Soc. 44, 1948) it is fitted with them. It is said where the hold-out falls with
-it by as much as an effect must take.
+it by more than chance and friction of another form can feign.
 """
 
 from __future__ import annotations
@@ -16,17 +16,19 @@ import numpy as np
 from config.loading.load import LoadedRig
 from config.parsing.provenance import FIXED
 from config.progress import Progress
-from gap.fitting.convergence import whole_fit
-from gap.fitting.evaluation import evaluate, mean_cost
-from gap.fitting.fit import Fit, covariance, full_step
+from gap.fitting.evaluation import FLOOR, evaluate, mean_cost
+from gap.fitting.fit import Fit, covariance, fit, full_step
 from gap.fitting.model import Free, Model
 from gap.fitting.nuisance import held
 from gap.fitting.sensitivity import projected, sensitivities
-from gap.search.search_state import LEAST_T, GateSearch, worth
-from gap.signatures.sizes import sizes_of
+from gap.outcome.search_state import SearchState
+from gap.suspects.sizes import sizes_of
 
 FINISHED = "the finished model"
 MOST = 3  # constants that are fitted, those asked for most clearly
+LEAST_T = 3.5
+LEAST_DROP = 0.02  # noise floors …
+LEAST_GAIN = 0.15  # … and of the excess over the floor
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +60,12 @@ class HeldConstant:
         }
 
 
-def held_constants(loaded: LoadedRig, state: GateSearch, progress: Progress) -> list[HeldConstant]:
+def held_constants(loaded: LoadedRig, state: SearchState, progress: Progress) -> list[HeldConstant]:
     """Those that would take most from the hold-out first; none where nothing is held."""
     return wanted(held(loaded, state.channels), state, progress)
 
 
-def wanted(constants: Sequence[Free], state: GateSearch, progress: Progress) -> list[HeldConstant]:
+def wanted(constants: Sequence[Free], state: SearchState, progress: Progress) -> list[HeldConstant]:
     """Of these constants the ones that the logs want elsewhere, beside the present model of the search."""
     extra = [_scaled(free, state.current.model) for free in constants]
     if not extra:
@@ -75,7 +77,12 @@ def wanted(constants: Sequence[Free], state: GateSearch, progress: Progress) -> 
     if clear:
         progress(f"fitting with {', '.join(done.model.free[number].key for number, _ in clear)} free, one at a time")
     found = [_fitted(state, done.model.restricted([*range(own), number])) for number, _ in clear]
-    return sorted((item for item in found if item.before - item.after >= worth(item.before)), key=lambda item: item.after)
+    return sorted((item for item in found if item.before - item.after >= _least(item.before)), key=lambda item: item.after)
+
+
+def _least(cost: float) -> float:
+    """What a constant must take from a cost, in noise floors, to be told."""
+    return max(LEAST_DROP, LEAST_GAIN * (cost - FLOOR))
 
 
 def _with(current: Fit, extra: list[Free]) -> Fit:
@@ -89,7 +96,7 @@ def _with(current: Fit, extra: list[Free]) -> Fit:
     return replace(current, model=model, columns=tuple(columns))
 
 
-def _t(state: GateSearch, done: Fit, own: int, number: int) -> float:
+def _t(state: SearchState, done: Fit, own: int, number: int) -> float:
     """How clearly the fit logs want the number moved, all others free beside it; 0 where it could only go where its key may not."""
     keep = [*range(own), number]
     alone = replace(done, model=done.model.restricted(keep), columns=tuple(columns[keep] for columns in done.columns))
@@ -98,9 +105,9 @@ def _t(state: GateSearch, done: Fit, own: int, number: int) -> float:
     return 0.0 if blocked or not sd[-1] > 0.0 else float(step[-1] / sd[-1])
 
 
-def _fitted(state: GateSearch, model: Model) -> HeldConstant:
+def _fitted(state: SearchState, model: Model) -> HeldConstant:
     """The constant, last of the model's numbers, fitted with all others; from the rig file's own constants where that ends better."""
-    fits = [whole_fit(start, state.experiments, state.costs) for start in (model, model.with_own_constants())]
+    fits = [fit(start, state.experiments, state.costs) for start in (model, model.with_own_constants())]
     done = min(fits, key=lambda one: one.cost)
     after = mean_cost([evaluate(experiment, done.model, state.costs) for experiment in state.holdouts])
     half_width = 1.96 * float(np.sqrt(max(covariance(done, state.costs)[-1, -1], 0.0)))

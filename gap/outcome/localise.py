@@ -1,7 +1,7 @@
 """Where model and measurement disagree: channel, balance equation, operating region, band. Reported even when no name is found.
 
-The equation is the balance that comes out even least (weak form). Where the sensors do not allow a balance to be formed, it is the
-one whose effects leave the best signature, among those not seen to hold.
+The equation is the balance that comes out even least (weak form). Where the sensors do not allow a balance to be formed, it is that of
+the effect that is named, if it is not one of those seen to hold.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from gap.balance.dependence import dependences
 from gap.data.measured import Array, Measured
 from gap.data.noise import noise_floors
 from gap.fitting.evaluation import Evaluation, mean_channel_costs
+from gap.outcome.names import Named
 from gap.outcome.spectrum_left import band, left_of
-from gap.signatures.screen import Screening
 from sim_backend.kernel.parameters import Parameters
 
 VIOLATED = 2.0  # standard deviations of the imbalance, root mean square over a log
@@ -62,8 +62,8 @@ class Disagreement:
         return asdict(self) | {"band_Hz": list(self.band_Hz)}
 
 
-def localise(evaluations: Sequence[Evaluation], names: Sequence[str], screening: Screening | None, rig: Rig) -> list[Disagreement]:
-    """The channels with most of the excess, largest first."""
+def localise(evaluations: Sequence[Evaluation], names: Sequence[str], named: Named | None, rig: Rig) -> list[Disagreement]:
+    """The channels with most of the excess, largest first. `named`: the first name."""
     excess = np.maximum(mean_channel_costs(evaluations) - 1.05, 0.0)
     if excess.sum() <= 0.02:
         return []
@@ -71,7 +71,7 @@ def localise(evaluations: Sequence[Evaluation], names: Sequence[str], screening:
     formed = formed_balances([e.experiment.log for e in evaluations], rig)
     worst = most_violated(formed)
     if worst is None:
-        equation, z, found = _by_signature(screening, formed), None, []
+        equation, z, found = _by_name(named, formed), None, []
     else:
         equation, z = f"{worst[1].equation} of {worst[1].where}", round(worst[1].z, 1)
         found = dependences(worst[1], worst[0], rig)
@@ -98,14 +98,12 @@ def most_violated(formed: Sequence[tuple[Measured, Balance]]) -> tuple[Measured,
     return None if worst is None or worst[1].z < VIOLATED else worst
 
 
-def _by_signature(screening: Screening | None, formed: Sequence[tuple[Measured, Balance]]) -> str:
-    """The equation whose effects explain most of the residual with the constants projected out; none of those seen to hold."""
+def _by_name(named: Named | None, formed: Sequence[tuple[Measured, Balance]]) -> str:
+    """The equation of what is named; none that is seen to hold."""
     held = {(balance.equation, balance.where) for _, balance in formed}
-    shares = {key: share for key, share in (screening.shares_by_equation() if screening else {}).items() if key not in held}
-    if not shares:
+    if named is None or not named.equation or (named.equation, named.suspect.where) in held:
         return "not located"
-    (equation, where), share = max(shares.items(), key=lambda item: item[1])
-    return f"{equation} of {where}" if share > 0.05 else "not located"
+    return f"{named.equation} of {named.suspect.where}"
 
 
 def operating_values(evaluation: Evaluation, rig: Rig) -> Mapping[str, Array]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from config.loading.load import apply_overrides
-from config.parsing.yaml_tree import entry, parse
+from config.parsing.yaml_tree import entry as entry_in
+from config.parsing.yaml_tree import parse
 from config.units import from_si, written_unit
 from gap.data.coarse_steps import CoarseStep
 from gap.data.measured import Array
 from gap.fitting.model import Free, Model
-from gap.search.search_state import Step
+from gap.outcome.names import Fitted, entry_of, numbers_of
+from gap.suspects.candidates import Candidate
 
 WORTH_WRITING = 0.5  # prior standard deviations a constant must have moved to be changed in the file
 
@@ -23,27 +25,23 @@ def moved(model: Model, half_width: Array) -> list[int]:
     ]
 
 
-def improved(text: str, model: Model, steps: Sequence[Step], widths: Mapping[str, float], remarks: Sequence[str]) -> str:
-    """The rig file's text with the effects added and every constant that is no longer as stated; each with where it comes from.
-
-    `widths`: 95% half width of the effects' parameters, by "EFFECT.where.parameter". `remarks`: one a step.
-    """
+def improved(text: str, model: Model, lines: Sequence[str]) -> str:
+    """The rig file's text with the effects' `lines` added and every constant that is no longer as stated; each with where it comes from."""
     pairs = zip(model.free, model.theta, strict=True)
     text = _with_values(text, [(free, float(value)) for free, value in pairs if free.prior and value != free.start])
-    for step, remark in zip(steps, remarks, strict=True):
-        text = with_effect_line(text, effect_line(model, step, widths, remark))
+    for line in lines:
+        text = with_effect_line(text, line)
     return text
 
 
-def effect_line(model: Model, step: Step, widths: Mapping[str, float], remark: str) -> str:
+def effect_line(suspect: Candidate, fitted: Fitted, remark: str) -> str:
     """`- {effect: NAME, where: PLACE, parameter: value unit}  # [gap] why`."""
-    numbers = model.of_effect(step.entry)
-    candidate = step.trial.candidate
+    model, entry, numbers = fitted.model, entry_of(suspect, fitted.model), numbers_of(suspect, fitted.model)
     free = {model.free[k].key: f"{written(model.theta[k])} {model.free[k].unit}".strip() for k in numbers}
-    given = step.entry.model_dump(by_alias=True, exclude_unset=True)
+    given = entry.model_dump(by_alias=True, exclude_unset=True)
     fixed = {key: value for key, value in given.items() if key not in free and key not in ("effect", "where", "quantity_kind")}
-    values = {"effect": candidate.effect, "where": candidate.where} | {k: str(v) for k, v in fixed.items()} | free
-    spans = ", ".join(f"{key} ±{widths[width_key(step, key)]:.2g}" for key in free)
+    values = {"effect": suspect.effect, "where": suspect.where} | {k: str(v) for k, v in fixed.items()} | free
+    spans = ", ".join(f"{model.free[k].key} ±{fitted.half_width[k]:.2g}" for k in numbers)
     inside = ", ".join(f"{key}: {value}" for key, value in values.items())
     return f"- {{{inside}}}  # [gap] {remark}{'; 95%: ' + spans if spans else ''}"
 
@@ -57,11 +55,6 @@ def with_step_lines(text: str, coarse: Sequence[CoarseStep]) -> str:
     return text
 
 
-def width_key(step: Step, parameter: str) -> str:
-    """Name of one parameter of one effect."""
-    return f"{step.trial.candidate.effect}.{step.trial.candidate.where}.{parameter}"
-
-
 def written(value: float) -> str:
     """Six digits, always with a decimal point or exponent that YAML and pint read as a number."""
     return f"{float(value):.6g}"
@@ -70,9 +63,9 @@ def written(value: float) -> str:
 def with_effect_line(text: str, line: str) -> str:
     """The line after the last entry of plant.effects; the list is made when there is none."""
     tree = parse(text, "rig.yaml")
-    plant = entry(tree.root, "plant")
+    plant = entry_in(tree.root, "plant")
     assert plant is not None
-    effects = entry(plant[1], "effects")
+    effects = entry_in(plant[1], "effects")
     rows = _rows(text)
     items = effects[1].value if effects else []
     if items and not effects[1].flow_style:  # type: ignore[index, union-attr]

@@ -20,21 +20,21 @@ from gap.fitting.evaluation import mean_cost
 from gap.fitting.model import Free, Model
 from gap.fitting.nuisance import held
 from gap.outcome.held_constants import HeldConstant, wanted
-from gap.outcome.written import without_names
-from gap.search.search_state import GateSearch, Step
+from gap.outcome.names import Named, numbers_of
+from gap.outcome.search_state import SearchState
 
 ALONE = "constants alone"
 
 
-def stated_zeros(loaded: LoadedRig, state: GateSearch, told: Sequence[dict[str, Any]], progress: Progress) -> list[HeldConstant]:
+def stated_zeros(loaded: LoadedRig, state: SearchState, told: Sequence[dict[str, Any]], progress: Progress) -> list[HeldConstant]:
     """`told`: findings and leads."""
     tree = parse(loaded.text, loaded.path)
     stated = {free.key: (free, line) for free in held(loaded, state.channels) if free.start == 0.0 and (line := _line(tree, free))}
-    named = [item for free, line in stated.values() for step in state.steps if (item := _named(free, line, state, step, told))]
-    if not state.steps or all(item["confirmed"] for item in told):
+    named = [item for free, line in stated.values() for name in state.named if (item := _named(free, line, state, name, told))]
+    if not state.named or all(item["confirmed"] for item in told):
         return named
     left = [free for free, _ in stated.values() if free.key not in {item.free.key for item in named}]
-    alone = wanted(left, without_names(state), progress) if left else []
+    alone = wanted(left, state.without_names, progress) if left else []
     return [*named, *(replace(item, beside=ALONE, line=stated[item.free.key][1]) for item in alone)]
 
 
@@ -44,16 +44,17 @@ def _line(tree: YamlTree, free: Free) -> int | None:
     return tree.mark(at)[0] if tree.value(at) is not None else None
 
 
-def _named(free: Free, line: int, state: GateSearch, step: Step, told: Sequence[dict[str, Any]]) -> HeldConstant | None:
+def _named(free: Free, line: int, state: SearchState, name: Named, told: Sequence[dict[str, Any]]) -> HeldConstant | None:
     """The constant as the name has it, where one of the effect's parameters is the same number."""
-    model, place = state.current.model, (step.entry.effect, step.entry.where)
+    model, place = state.current.model, (name.suspect.effect, name.suspect.where)
     item = next((one for one in told if (one["effect"], one["where"]) == place), None)
-    same = next((model.free[k] for k in model.of_effect(step.entry) if _is_the_same(free, model, k)), None)
+    same = next((model.free[k] for k in numbers_of(name.suspect, model) if _is_the_same(free, model, k)), None)
     if item is None or same is None:
         return None
-    size, after = item["parameters"][same.key], mean_cost(step.trial.holdout)
+    size = item["parameters"][same.key.rpartition(".")[2]]
+    before, after = mean_cost(name.explanation.without), mean_cost(name.explanation.holdout)
     half_width = 0.5 * (size["ci95"][1] - size["ci95"][0])
-    return HeldConstant(free, size["value"], half_width, after + step.trial.drop, after, f"{place[0]} at {place[1]}", line)
+    return HeldConstant(free, size["value"], half_width, before, after, f"{place[0]} at {place[1]}", line)
 
 
 def _is_the_same(free: Free, model: Model, number: int) -> bool:

@@ -22,7 +22,7 @@ from gap.fitting.fit import covariance
 from gap.fitting.model import Free, Model
 from gap.fitting.nuisance import FORM_OF_FRICTION
 from gap.fitting.sensitivity import projected, sensitivities
-from gap.search.search_state import GateSearch
+from gap.outcome.search_state import SearchState
 
 LEAST_P = 0.01  # of all constants together
 BLOCK = 3  # neighbouring windows that count as one
@@ -56,7 +56,7 @@ class Steadiness:
         return " and ".join(f"{v:.6g} ± {s:.2g}{unit} in {name}" for name, v, s in rows)
 
 
-def steadiness(state: GateSearch, written: Model, changed: Sequence[int]) -> list[Steadiness]:
+def steadiness(state: SearchState, written: Model, changed: Sequence[int]) -> list[Steadiness]:
     """The changed constants (numbers of the current model), log by log: fitted ones, then the hold-out; from their values in the model
     that is written. Not the form of friction before it slides and the oil's temperature, which no two runs have alike."""
     free = state.current.model.free
@@ -111,7 +111,7 @@ def _names(paths: Sequence[Path]) -> tuple[str, ...]:
     return tuple(f"{path.parent.name}/{path.name}" if names.count(path.name) > 1 else path.name for path in paths)
 
 
-def _seen(state: GateSearch) -> list[int]:
+def _seen(state: SearchState) -> list[int]:
     """Constants of which the fitted logs say more than was known before."""
     sd = np.sqrt(np.maximum(np.diag(covariance(state.current, state.costs)), 0.0)) / state.current.model.scales
     return [int(k) for k in np.flatnonzero(sd < _SEEN)]

@@ -18,16 +18,16 @@ from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import Fit, fit
 from gap.outcome.model_file import with_effect_line
+from gap.outcome.search_state import SearchState
 from gap.outcome.written import file_model
 from gap.remainder.remainder_table import BALANCE, UNITS, RemainderTable, tables
-from gap.search.search_state import LEAST_DROP, GateSearch
 
+LEAST_FALL = 0.02  # noise floors
 LEAST_FALL_T = 2.0  # of the hold-out's fall: one table was asked for, not the best of many candidates
-STEPS = 5
 
 
 def kept_remainder(
-    text: str, state: GateSearch, rest: dict[str, Any], final: Sequence[Evaluation], progress: Progress
+    text: str, state: SearchState, rest: dict[str, Any], final: Sequence[Evaluation], progress: Progress
 ) -> tuple[str, dict[str, Any]]:
     """The improved rig file's text with the table in it, and what findings.json says: `kept` true with the table and the hold-out before
     and after, or false with `why`; then the text is as it was.
@@ -64,15 +64,15 @@ def _hindrance(located: str, found: dict[str, Any] | None, choices: Sequence[Rem
     return "" if choices else f"on the fitted logs none of {variables} carries the imbalance of the {found['equation']}"
 
 
-def _fitted(text: str, state: GateSearch, table: RemainderTable) -> Fit:
+def _fitted(text: str, state: SearchState, table: RemainderTable) -> Fit:
     """The forces at the knots, fitted by simulation from those of the balance, all else as the file has it."""
     base = file_model(text)
     model = base.with_effect(table.entry(table.force), table.free(base.rig))
-    return fit(model, state.experiments, state.costs, range(len(model.free)), None, STEPS)
+    return fit(model, state.experiments, state.costs)
 
 
 def _judged(
-    text: str, state: GateSearch, best: Fit, table: RemainderTable, final: Sequence[Evaluation], progress: Progress
+    text: str, state: SearchState, best: Fit, table: RemainderTable, final: Sequence[Evaluation], progress: Progress
 ) -> tuple[str, dict[str, Any]]:
     """On the hold-out, simulated with the file as it would be written."""
     before = mean_cost(final)
@@ -80,7 +80,7 @@ def _judged(
     after = _on_holdout(with_effect_line(text, line), state)
     reached, t = mean_cost(after), paired_t(final, after)
     numbers = {"holdout_before": before, "holdout_after": reached, "t": round(t, 2)}
-    if not (before - reached >= LEAST_DROP and t > LEAST_FALL_T):
+    if not (before - reached >= LEAST_FALL and t > LEAST_FALL_T):
         change = f"from {before:.4g} to {reached:.4g} noise floors (t {t:.1f})"
         return text, _not_kept(
             f"with a table of {table.acts} over {table.variable} the hold-out goes {change}: no clear fall", progress
@@ -105,7 +105,7 @@ def _as_kept(best: Fit, table: RemainderTable) -> dict[str, Any]:
     }
 
 
-def _on_holdout(text: str, state: GateSearch) -> tuple[Evaluation, ...]:
+def _on_holdout(text: str, state: SearchState) -> tuple[Evaluation, ...]:
     model = file_model(text)
     return tuple(evaluate(experiment, model, state.costs) for experiment in state.holdouts)
 

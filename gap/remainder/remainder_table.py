@@ -15,7 +15,7 @@ from gap.balance.discrepancy import RUBBING
 from gap.data.measured import Array
 from gap.fitting.model import Free
 from gap.outcome.model_file import written
-from gap.signatures.sizes import sizes_of
+from gap.suspects.sizes import sizes_of
 from sim_backend.effects.unnamed_remainder import MOST_KNOTS, UnnamedRemainder
 
 BALANCE = "force balance of "  # how an equation begins whose imbalance a table can hold

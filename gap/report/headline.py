@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from config.readable import number
+from config.readable import number, probability
 from gap.fitting.nuisance import HONEST
 from gap.outcome.file_units import FileUnits
 from gap.outcome.held_constants import FINISHED
@@ -32,7 +32,7 @@ def _size(item: dict[str, Any], key: str, parameter: dict[str, Any], units: File
 
 def grade(item: dict[str, Any], units: FileUnits) -> str:
     word = "confirmed" if item["confirmed"] else "tentative"
-    word += f", probability {item['probability']:.3g}" if "probability" in item else ""
+    word += f", probability {probability(item['probability'])}" if "probability" in item else ""
     if "stated" not in item:
         return word
     (changed,) = item["parameters"].values()

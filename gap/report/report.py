@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from config.loading.load import rig_from_text
-from config.readable import number
+from config.readable import number, probability
 from config.whole_file import write_whole
 from gap.outcome.file_units import FileUnits
 from gap.outcome.found import Found
@@ -18,11 +18,10 @@ from gap.report import plots
 from gap.report.constants_table import constants_table
 from gap.report.headline import blind_values, gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
 from gap.report.kept_sentence import kept_sentence
-from gap.report.naming_record import how_often_right, named_of
+from gap.report.reliability import how_often_right
 from gap.report.replay import SMOOTH_S, replays
 from gap.report.shown import fingerprints, first_and_blind, of_channel, region_text, stages, telling_channel
 from gap.report.unseen import Unseen
-from gap.search.search_state import Step
 from recording.evaluation.page import page, paragraph, table
 
 
@@ -39,8 +38,8 @@ def write_report(found: Found, path: Path, unseen: Sequence[Unseen] = (), reques
 
 def _first_screen(found: Found, units: FileUnits) -> str:
     """Verdict, names with values, the numbers before and after, and the picture."""
-    sure = found.verdict.confirmed and not any(step.weak for step in found.state.steps)
-    said = f'<p class="verdict{"" if sure else " open"}"><b>{found.verdict.word}</b>: {escape(units.sentences.text(found.verdict.why))}</p>'
+    state = "" if found.verdict.confirmed else " open"
+    said = f'<p class="verdict{state}"><b>{found.verdict.word}</b>: {escape(units.sentences.text(found.verdict.why))}</p>'
     names = _names(found.content["findings"], units)
     lines = [
         *(lead_line(item, units) for item in found.content["leads"]),
@@ -72,41 +71,31 @@ def _findings(found: Found, units: FileUnits) -> str:
     """What each name rests on, and what was odd about the data."""
     warnings = "".join(paragraph(f"Data: {units.sentences.text(problem.text())}", "small") for problem in found.problems)
     tried = [*found.content["leads"], *found.content["findings"]]
-    sure = [f"Probability {item['probability']:.3g}; not calibrated yet.{_votes(item)}" for item in tried if "probability" in item]
-    records = sure or [_record(found, step) for step in found.state.steps]
-    records += ["Read off the logs, not fitted."] * len(found.state.coarse)
     rows, notes = [], []
-    for item, record in zip(tried, records, strict=True):
+    for item in tried:
         name = f"{item['effect']} at {item['where']}" + ("" if item in found.content["findings"] else " (not named, not in the file)")
         alike = ", ".join(f"{x['effect']} at {x['where']} (gain {_short(x['holdout_gain'])})" for x in item["look_alikes"]) or "none"
         rows.append([name, item["equation"], _short(item["holdout_gain"]), _short(item["t"]), alike])
-        notes.append(paragraph(f"{name}: {item['fingerprint']} {record}"))
+        notes.append(paragraph(f"{name}: {item['fingerprint']} {_rests_on(item)}"))
     if not rows:
         return "<h2>Findings</h2>" + paragraph("No missing effect is named.") + warnings
     return "<h2>Findings</h2>" + table(["effect", "equation", "gain", "t", "look-alikes"], rows) + "".join(notes) + warnings
 
 
-def _votes(item: dict[str, Any]) -> str:
-    """What either log says of a name where the other one is fitted."""
+def _rests_on(item: dict[str, Any]) -> str:
+    """A name's probability, and what either log says of it where the other one is fitted."""
+    if "probability" not in item:
+        return "Read off the logs, not fitted."
+    sure = f"Probability {probability(item['probability'])}. {how_often_right(item['probability'])}".rstrip()
     if "votes" not in item:
-        return ""
+        return sure
     by = item["votes"]
-    return f" Votes (ln): the hold-out {by['holdout']:+.1f}, the fit logs fitted; the fit logs {by['fit_logs']:+.1f}, the hold-out fitted."
+    votes = f"the hold-out {by['holdout']:+.1f}, the fit logs fitted; the fit logs {by['fit_logs']:+.1f}, the hold-out fitted"
+    return f"{sure} Votes (ln): {votes}."
 
 
 def _short(value: float | None) -> str:
     return "" if value is None else number(float(value))
-
-
-def _record(found: Found, step: Step) -> str:
-    """How often the blind test was right about this effect at this size."""
-    chosen = step.trial.candidate
-    signatures = found.state.first_screening.signatures if found.state.first_screening else ()
-    visible = next((s.smallest_visible for s in signatures if s.candidate.label == chosen.label), 0.0)
-    model = step.trial.fit.model
-    numbers = model.of_effect(model.added[-1])
-    moved = abs(float(model.theta[numbers[0]]) - model.free[numbers[0]].start) if numbers else 0.0
-    return how_often_right(chosen.effect, moved / visible if visible > 0 and moved > 0 else None)
 
 
 def _next(found: Found) -> str:
@@ -197,26 +186,13 @@ def _replay(found: Found, request: Path | None, units: FileUnits) -> str:
 
 
 def _not_seen(found: Found, units: FileUnits) -> str:
-    """The sizes are what the search says of itself; the blind test says how true that is."""
-    sizes = () if found.by_evidence else (1.0, 3.0)
     rows = [
-        [_suspect(r, units), r["where"], r["parameter"], units.channel(r["where"], r["unit"]).text(r["smallest_visible"]),
-         *(named_of(k, r["effect"]) for k in sizes)]
+        [_suspect(r, units), r["where"], r["parameter"], units.channel(r["where"], r["unit"]).text(r["smallest_visible"])]
         for r in found.content["not_seen"]
-    ]  # fmt: skip
-    said = "Effects that were looked for and not named, with the smallest size that these logs would have shown, as the search reckons it."
-    if found.by_evidence:
-        said += " From that size on their probability would have been 0.5 and more; of a number of the rig file, from so large a change on."
-    elif all(every := [named_of(k) for k in sizes]):
-        said += f" In the blind test {every[0]} effects of that size were named and {every[1]} of three times it."
-    heads = [
-        "effect",
-        "where",
-        "parameter",
-        "smallest visible",
-        *(["blind test: named at this size", "at three times it"] if sizes else []),
     ]
-    return "<h2>Not seen</h2>" + paragraph(said) + table(heads, rows)
+    said = "Effects that were looked for and not named, with the smallest size that these logs would have shown, as the search reckons it."
+    said += " From that size on their probability would have been 0.5 and more; of a number of the rig file, from so large a change on."
+    return "<h2>Not seen</h2>" + paragraph(said) + table(["effect", "where", "parameter", "smallest visible"], rows)
 
 
 def _suspect(row: dict[str, Any], units: FileUnits) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 
+from config.schema.effect_library import EFFECTS
 from config.schema.rig import Rig
 from gap.outcome.file_units import FileUnits, Shown
 from gap.outcome.found import Found
@@ -14,8 +15,9 @@ from gap.report.plots import Stage
 
 def stages(found: Found) -> list[Stage]:
     """Hold-out evaluations from the rig file to the file as it was written."""
-    steps = [(f"+ {s.trial.candidate.effect}", s.trial.holdout) for s in found.state.steps]
-    every = [("rig file", found.nominal), ("constants refitted", found.state.constants_only), *steps, _blind(found)]
+    several = found.state.named if len(found.state.named) > 1 else ()
+    less = [(f"without {name.suspect.effect}", name.explanation.without) for name in several]
+    every = [("rig file", found.nominal), ("constants refitted", found.state.alone_seen), *less, _blind(found)]
     return every if found.with_all_logs is None else [*every, ("with all logs, as written", found.with_all_logs)]
 
 
@@ -65,7 +67,7 @@ def region_text(place: Disagreement, rig: Rig, units: FileUnits) -> str:
 def fingerprints(found: Found) -> list[tuple[str, Fingerprint]]:
     """Every effect against its own variable; without effects, the channel with most of the gap against its region's variable."""
     telling, rig = found.channels[telling_channel(found)], found.rig.rig
-    named = [step.trial.candidate for step in found.state.steps]
+    named = [name.suspect for name in found.state.named if name.suspect.effect in EFFECTS]
     drawn = measured_in_hold_out(found)
     own = [(c.label, fingerprint_of(c.effect, c.where, drawn, telling, rig)) for c in named]
     return own or [(telling, _regional(found, telling))]

@@ -21,8 +21,8 @@ from gap.watch.log_fit import LogFit, fit_log
 
 _CHECKOUT = Path(__file__).parents[2]
 # What a fit depends on; pages and pictures do not change it.
-_CODE = ("config", "recording", "sim_backend", "gap/data", "gap/fitting", "gap/evidence/score/changed.py", "gap/search/opening.py",
-         "gap/search/verdict.py", "gap/signatures", "gap/watch/log_fit.py", "gap/watch/watched.py")  # fmt: skip
+_CODE = ("config", "recording", "sim_backend", "gap/data", "gap/fitting", "gap/evidence/score/changed.py", "gap/suspects",
+         "gap/watch/log_fit.py", "gap/watch/watched.py")  # fmt: skip
 
 
 def key_of(path: Path, loaded: LoadedRig) -> str:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from config.errors import UsageError
 from config.parsing.nearest import nearest_text
 from config.units import to_si, written_unit
+from gap.fitting.nuisance import ALARM
 from gap.outcome.file_units import FileUnits
-from gap.search.verdict import ALARM
 from gap.watch.watched import Watched
 
 

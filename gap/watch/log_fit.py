@@ -19,20 +19,19 @@ from config.errors import LogError
 from config.loading.load import LoadedRig
 from gap.data.channel_check import comparable
 from gap.data.data_check import DataProblem, check
+from gap.data.experiments import experiments_of
 from gap.data.measured import Array, Measured
 from gap.data.strata import chosen
 from gap.data.windows import Experiment, velocities
-from gap.fitting.convergence import CONVERGED, whole_fit
+from gap.fitting.confidence import bootstrap_sd
 from gap.fitting.evaluation import Costing, Evaluation, costing, evaluate, judged, recounted
-from gap.fitting.fit import Fit, covariance, full_step
+from gap.fitting.fit import CONVERGED, Fit, covariance, fit, full_step
 from gap.fitting.model import Model
 from gap.fitting.model_check import against_model
 from gap.fitting.nuisance import nuisances
 from gap.fitting.sensitivity import projected, sensitivities
 from gap.fitting.simulate import remembering, some
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
-from gap.search.verdict import bootstrap_sd
+from gap.settings import Settings
 from gap.watch.watched import watched, with_wide_priors
 
 MOST_RENEWALS = 8
@@ -75,7 +74,7 @@ def fit_log(loaded: LoadedRig, parts: Sequence[Measured], workers: int) -> LogFi
     model = Model(loaded.rig, with_wide_priors(free, followed), np.array([item.start for item in free]))
     few, costs, nominal = _opened(model, experiments)
     _refuse(against_model(nominal, names))
-    done, costs = _fitted_on(whole_fit(model, few, costs), costs)
+    done, costs = _fitted_on(fit(model, few, costs), costs)
     values, sds, again = _own(_at_a_point(done), costs)
     numbers = {item.key: k for k, item in enumerate(model.free)}
     told = {number.name: numbers[number.free.key] for number in followed}
@@ -103,7 +102,7 @@ def _fitted_on(done: Fit, costs: Costing) -> tuple[Fit, Costing]:
     """The fit taken on with start states and sensitivities of its own until they lead nowhere: a worn machine is far from its file."""
     for _ in range(MOST_RENEWALS):
         vector, costs = done.model.vector(), recounted(costs, done.evaluations)
-        further = whole_fit(done.model, [remembering(e.experiment, vector) for e in done.evaluations], costs)
+        further = fit(done.model, [remembering(e.experiment, vector) for e in done.evaluations], costs)
         sds = np.sqrt(np.maximum(np.diag(covariance(further, costs)), 1e-300))
         moved = float(np.max(np.abs(further.model.theta - done.model.theta) / sds))
         done = further if further.cost < done.cost * (1.0 + CONVERGED) else done

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from config.loading.load import LoadedRig
 from config.readable import number
 from gap.outcome.file_units import FileUnits, Shown
-from gap.search.verdict import CLOSED
 from gap.watch.dated_logs import DatedLog, Unusable
 from gap.watch.followed import Followed
 from gap.watch.log_fit import LogFit
 from gap.watch.plots import over_time
 from recording.evaluation.page import page, paragraph, table, verdict
 
+EXPLAINED = 1.5  # noise floors up to which a log counts as explained by its numbers
 HEAD = ["number", "rig file", "now (95 %)", "change a week (95 %)", "steps", "limits", ""]
 
 
@@ -79,8 +79,8 @@ def _unknown(numbers: Sequence[Followed]) -> str:
 
 def _logs(fits: Sequence[tuple[DatedLog, LogFit]]) -> str:
     rows = [[log.path.name, f"{log.begun:%Y-%m-%d %H:%M}", f"{fit.cost:.3g}"] for log, fit in fits]
-    open_ = [fit.cost > CLOSED for _, fit in fits]
-    advice = f"{sum(open_)} of {len(fits)} logs are not explained by their numbers (above {CLOSED:g} noise floors): `longreach gap find`."
+    open_ = [fit.cost > EXPLAINED for _, fit in fits]
+    advice = f"{sum(open_)} of {len(fits)} logs are not explained (above {EXPLAINED:g} noise floors): `longreach gap find`."
     note = paragraph(advice) if any(open_) else ""
     return "<h2>Logs</h2>" + note + table(["log", "begun (UTC)", "left over (noise floors; 1: nothing but noise)"], rows, open_)
 

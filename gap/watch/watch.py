@@ -22,7 +22,7 @@ from config.whole_file import write_whole
 from gap.executor import each, executor
 from gap.fitting.nuisance import nuisances
 from gap.outcome.file_units import FileUnits
-from gap.search.settings import PROCESSORS
+from gap.settings import PROCESSORS
 from gap.watch.dated_logs import DatedLog, Unusable, dated_logs
 from gap.watch.followed import Followed, followed
 from gap.watch.kept_fits import fitted, kept, key_of

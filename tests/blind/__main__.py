@@ -23,7 +23,7 @@ from tests.blind.scoring.page import write_page
 from tests.blind.scoring.score import score
 from tests.blind.seal import HASH, seal, sealed_in, unseal
 
-STUDY = Path(__file__).with_name("study")
+STUDY = Path(__file__).with_name("study") / "evidence"
 DEVELOPMENT_SEED = 900_000
 
 
@@ -46,7 +46,7 @@ def main() -> int:
     finally:
         gather(study)
         if study == STUDY:
-            write_page(study, unseal(study), results(study))
+            write_page(study)
     return 0
 
 
@@ -70,7 +70,6 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seal", action="store_true", help="seal the answers and stop")
     parser.add_argument("--development", action="store_true", help="a study whose answers may be looked at: fixed seed, no page")
     parser.add_argument("--seed", type=int, default=DEVELOPMENT_SEED, help="of a development study (default %(default)s)")
-    parser.add_argument("--decide", choices=("gates", "evidence"), default="gates", help="what names effects (default %(default)s)")
     return parser.parse_args()
 
 
@@ -91,12 +90,12 @@ def _run(study: Path, every: Sequence[Case], arguments: argparse.Namespace) -> N
             if time.monotonic() - start > 60 * arguments.minutes:
                 break
             some = todo[first : first + batch]
-            work = [Work(case.as_json(), str(of_case(study, case.name)), threads, commit(), arguments.decide) for case in some]
+            work = [Work(case.as_json(), str(of_case(study, case.name)), threads, commit()) for case in some]
             for number, result in each(pool, run_case, work):
                 minutes = (time.monotonic() - start) / 60
                 print(f"{minutes:5.1f} min  {_line(some[number], result, arguments.development)}", flush=True)
             if study == STUDY:
-                write_page(study, every, results(study))
+                write_page(study)
 
 
 def _line(case: Case, result: dict[str, Any], tell_answer: bool) -> str:

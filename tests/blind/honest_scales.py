@@ -20,13 +20,13 @@ import numpy as np
 
 from benchmarks.gap.deciding_numbers import scaled
 from config.loading.load import LoadedRig, load_rig, rig_from_text
+from gap.data.experiments import experiments_of
 from gap.data.measured import load
 from gap.evidence import deciding_numbers
 from gap.evidence.opening import opening
 from gap.evidence.stages import refitted
 from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.blind.cases import FIT, HOLDOUT, RIG
 from tests.blind.truth.friction import BRISTLE, RIGID, SLIP
 from tests.blind.truth.session import Setting, record

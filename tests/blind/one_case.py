@@ -12,7 +12,7 @@ import traceback
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import gap
 import sim_backend
@@ -21,13 +21,13 @@ from config.loading.load import load_rig
 from config.whole_file import replaced_when_done
 from gap.data.log_parts import load_parts
 from gap.find import search_gap
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.blind.baselines import baselines
 from tests.blind.cases import RIG, Case
 from tests.blind.shipped_maneuver import record_shipped
 from tests.blind.truth.session import record
 
-BESIDE = ("maneuvers", "loop.py", "report/report.py", "report/naming_record.py")  # of gap/, left out of the version
+BESIDE = ("maneuvers", "loop.py", "report/report.py")  # of gap/, left out of the version
 SECOND_TAKE = 4  # after those of a proposed maneuver
 CHAMBER = "resolution: 0.7 psi, noise: 7.5 psi, bandwidth: 500 Hz, low: 0 psi, high: 3000 psi"
 
@@ -40,7 +40,6 @@ class Work:
     result: str
     threads: int = 1
     commit: str = ""
-    decide: Literal["gates", "evidence"] = "gates"
 
 
 def finder_digest() -> str:
@@ -69,7 +68,7 @@ def run_case(work: Work) -> dict[str, Any]:
     case = Case.from_json(work.case)
     with tempfile.TemporaryDirectory(prefix="blind-") as name:
         folder = Path(name)
-        settings = Settings(workers=work.threads, propose=case.group == "look_alike", decide=work.decide)
+        settings = Settings(workers=work.threads, propose=case.group == "look_alike")
         result = _searched(case, folder, settings) | {"commit": work.commit}
     path = Path(work.result)
     with replaced_when_done(path) as part:

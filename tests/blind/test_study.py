@@ -11,12 +11,14 @@ from typing import Any
 import pytest
 
 from config.loading.load import load_rig, rig_from_text
+from gap.report.reliability import RIGHT_OF
 from tests.blind.__main__ import STUDY, waiting
 from tests.blind.cases import BY_HAND, FORMS, PLACES, RIG, Case, Size, cases, sizes
 from tests.blind.changed_numbers import stated
 from tests.blind.one_case import finder_digest, rig_text
 from tests.blind.result_file import ALL, ENDED, gather, of_case, results
 from tests.blind.scoring.page import DOCS, write_page
+from tests.blind.scoring.reliability import said_names
 from tests.blind.seal import published, seal, unseal
 from tests.blind.truth.session import Setting, numbers_of
 
@@ -32,19 +34,19 @@ def result(case: Case, finder: str) -> dict[str, Any]:
     verdict = "named" if found else "no_gap" if case.group == "null" else "unknown"
     return {
         "name": case.name, "verdict": verdict, "findings": found, "gap": {"holdout_after": 1.0}, "finder": finder, "commit": "abc",
-        "date": "2026-01-01 00:00", "seconds": 1.0, "resolved": None, "baselines": {"refit": [], "stlsq": [], "bic": []},
+        "date": "2026-01-01 00:00", "processor_s": 2.0, "resolved": None, "baselines": {"refit": [], "stlsq": [], "bic": []},
     }  # fmt: skip
 
 
 @pytest.fixture
 def study(tmp_path: Path) -> Path:
-    drawn = cases(5, SIZES)
-    seal(tmp_path, drawn, 5)
-    (tmp_path / ENDED).mkdir()
+    drawn, folder = cases(5, SIZES), tmp_path / "study"
+    seal(folder, drawn, 5)
+    (folder / ENDED).mkdir()
     for number, case in enumerate(drawn[:40]):
         finder = finder_digest() if number % 2 else "older"
-        of_case(tmp_path, case.name).write_text(json.dumps(result(case, finder)))
-    return tmp_path
+        of_case(folder, case.name).write_text(json.dumps(result(case, finder)))
+    return folder
 
 
 def test_cases_with_a_result_are_not_run_again(study: Path) -> None:
@@ -74,7 +76,7 @@ def test_a_case_that_is_run_again_takes_the_place_of_its_line(study: Path) -> No
 def test_page_shows_hash_counts_and_pictures(study: Path, tmp_path: Path) -> None:
     docs = tmp_path / "docs"
     docs.mkdir()
-    write_page(study, unseal(study), results(study), docs)
+    write_page(study, docs)
     text = (docs / "results" / "blind.md").read_text()
     assert published(study)[0] in text
     assert f"**40 of {len(unseal(study))} cases run**" in text
@@ -84,8 +86,15 @@ def test_page_shows_hash_counts_and_pictures(study: Path, tmp_path: Path) -> Non
 
 
 def test_the_committed_page_is_made_from_the_committed_results(tmp_path: Path) -> None:
-    write_page(STUDY, unseal(STUDY), results(STUDY), tmp_path)
+    write_page(STUDY, tmp_path)
     assert (tmp_path / "results" / "blind.md").read_text() == (DOCS / "results" / "blind.md").read_text()
+
+
+@pytest.mark.parametrize(("least", "below"), [(0.99, 1.01), (0.5, 0.99)])
+def test_reports_say_how_often_the_study_found_names_right(least: float, below: float) -> None:
+    every = said_names({case.name: case for case in unseal(STUDY)}, results(STUDY))
+    some = [name.right for name in every if least <= name.probability < below]
+    assert RIGHT_OF[least] == (sum(some), len(some))
 
 
 def test_the_finder_gets_a_rig_without_the_hidden_effect() -> None:
@@ -156,21 +165,3 @@ def test_sizes_are_those_of_the_case_s_own_friction_and_sensors() -> None:
             setting = case.setting
             expected = case.multiple * 0.001 * (1 + setting.friction_form) * (2 if setting.chambers else 1)
             assert abs(setting.hidden[0].value) == pytest.approx(expected)
-
-
-def test_page_tells_versions_apart(study: Path, tmp_path: Path) -> None:
-    """The share of one version is counted from its own cases."""
-    every = unseal(study)
-    older = next(c for c in every[:40:2] if c.group == "single" and c.multiple >= 3)
-    path = of_case(study, older.name)
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"findings": [], "verdict": "unknown"}))
-    docs = tmp_path / "docs"
-    docs.mkdir()
-    write_page(study, every, results(study), docs)
-    text = (docs / "results" / "blind.md").read_text()
-    rows = {name: next(line for line in text.splitlines() if f"(sources {name})" in line) for name in ("older", finder_digest())}
-    large = {"older": every[:40:2], finder_digest(): every[1:40:2]}
-    counts = {name: sum(c.group == "single" and c.multiple >= 3 for c in some) for name, some in large.items()}
-    assert f"| {counts['older'] - 1} of {counts['older']}," in rows["older"]
-    assert f"| {counts[finder_digest()]} of {counts[finder_digest()]}," in rows[finder_digest()]
-    assert "with 2 versions of the search" in text

@@ -46,7 +46,6 @@ NOT_HERE = {
 ELSEWHERE = {
     "gap demo": "docs/guide/model/find-the-gap.md, a console block",
     "gap next": "tests/gap/maneuvers/test_next_maneuver.py",
-    "--decide evidence": "tests/gap/evidence",
     "--holdout sine.mcap": "tests/gap/test_cylinder_bench.py",
     "commission trial.yaml": "tests/daemon/cli/commission/test_commission.py",
     "commission my_rig.yaml": "tests/daemon/processes/test_commission_on_daemon.py",

@@ -10,7 +10,7 @@ import pytest
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
 from gap.find import search_gap
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 
 pytestmark = pytest.mark.slow

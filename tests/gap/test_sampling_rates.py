@@ -13,7 +13,7 @@ from gap.data.windows import prepare
 from gap.find import find
 from gap.fitting.evaluation import evaluate, mean_cost
 from gap.fitting.model import Model
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 
 SIGMA = {"axis.position": float(np.hypot(2e-6, 1e-6 / np.sqrt(12)))}

@@ -11,7 +11,7 @@ from config.loading.load import LoadedRig, rig_from_text
 from config.schema.rig import Rig
 from gap.data.measured import Measured, on_grid
 from gap.find import search_gap
-from gap.search.settings import Settings
+from gap.settings import Settings
 from sim_backend.plant import SimulatedRig
 from tests.support.gap import axis_logs
 

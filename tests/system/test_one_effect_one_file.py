@@ -30,7 +30,7 @@ rig = load_rig(sys.argv[1]).rig
 seen = {"numba": "numba" in sys.modules, "value": rig.plant.effects[0].swelling, "last": list(EFFECTS)[-8:]}
 seen["reference"] = pages()["plant.md"]
 from gap.report.fingerprint import fingerprint_of
-from gap.signatures.candidates import candidates
+from gap.suspects.candidates import candidates
 found = candidates(load_rig("ornl_testbed").rig, frozenset({"rotary.position"}))
 found = [c for c in found if c.effect in list(EFFECTS)[-8:]]
 seen["candidates"] = sorted(c.label for c in found)

@@ -76,7 +76,7 @@ def first_shaped_move(context: Context) -> Outcome:
 def gap(context: Context) -> Outcome:
     """What the model lacks, from the two runs before: the unshaped one is fitted, the shaped one decides."""
     from gap.find import find
-    from gap.search.settings import Settings
+    from gap.settings import Settings
 
     moved = context.records.get(SHAPED_MOVE)
     logs = [Path(log) for log in moved.outcome.logs] if moved is not None else []

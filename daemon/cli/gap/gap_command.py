@@ -44,12 +44,6 @@ def _register_find(verbs: Any) -> None:
         help="put what has no name into rig.yaml as a table of forces or friction (unnamed_remainder), if the hold-out falls with it",
     )  # fmt: skip
     parser.add_argument("--no-next", action="store_true", help="do not look for a maneuver that would tell look-alikes apart (minutes)")
-    parser.add_argument(
-        "--decide",
-        choices=("gates", "evidence"),
-        default="gates",
-        help="what names effects: the hold-out's gates, or the evidence of the fit logs with probabilities (a draft)",
-    )
     add_si_option(parser)
     add_json_option(parser)
     parser.set_defaults(run_command=_find)
@@ -59,13 +53,13 @@ def _log_options(parser: argparse.ArgumentParser) -> None:
     logs: dict[str, Any] = {"type": Path, "action": "append", "metavar": "LOG"}
     fitted = "log to fit (MCAP, CSV or MAT; LOG@FROM:TO for a part, in s); may be repeated"
     parser.add_argument("--log", required=True, help=fitted, **logs)
-    parser.add_argument("--holdout", default=[], help="log of another maneuver that decides; may be repeated", **logs)
-    parser.add_argument("--unused", default=[], help="log that neither fits nor decides: judged at the end", **logs)
+    parser.add_argument("--holdout", default=[], help="log of another maneuver that judges; may be repeated", **logs)
+    parser.add_argument("--unused", default=[], help="log that is neither fitted nor judges: the result is tried on it", **logs)
 
 
 def _find(arguments: argparse.Namespace) -> int:
     from gap.find import find
-    from gap.search.settings import Settings
+    from gap.settings import Settings
 
     progress = progress_lines(False)
     settings = Settings(
@@ -73,7 +67,6 @@ def _find(arguments: argparse.Namespace) -> int:
         request=arguments.request,
         keep_remainder=arguments.keep_remainder,
         propose=not arguments.no_next,
-        decide=arguments.decide,
         si=arguments.si,
     )
     found = find(arguments.rig, arguments.log, arguments.holdout, arguments.out, progress, settings, arguments.unused)

@@ -93,8 +93,8 @@ def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dic
     if not content:
         advice = f"Give --findings findings.json, or two effects: `{_BETWEEN}`."
         raise ConfigError("nothing to separate", where="gap next", next_step=advice)
-    findings = explanations(content)
-    doubtful = [item for item in findings if item["look_alikes"]] or [item for item in findings if not item["confirmed"]]
+    findings = _effects(explanations(content))  # a number that has changed stands among the constants
+    doubtful = [item for item in findings if _effects(item["look_alikes"])] or [item for item in findings if not item["confirmed"]]
     if not doubtful:
         advice = f"Every finding stands alone. Two effects all the same: `{_BETWEEN}`."
         raise ConfigError("the findings leave nothing in doubt", where=path, next_step=advice)
@@ -102,7 +102,7 @@ def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dic
     for item in findings:
         if item is not doubtful[0]:
             base = rival_of(loaded, item["effect"], item["where"], _values(item), base)
-    alike = [doubtful[0], *doubtful[0]["look_alikes"]][:MOST_RIVALS]
+    alike = [doubtful[0], *_effects(doubtful[0]["look_alikes"])][:MOST_RIVALS]
     found = [rival_of(loaded, item["effect"], item["where"], _values(item), base) for item in alike]
     return found if len(found) > 1 else [*found, base]
 
@@ -119,6 +119,11 @@ def _given(loaded: LoadedRig, between: Sequence[str]) -> list[Rival]:
     first, *others = (no_effect(loaded) if effect == "none" else rival_of(loaded, effect, where) for effect, _, where in named)
     forms = designs(loaded.rig, list(loaded.rig.joints), thorough=False)
     return [first, *(matched(loaded, first, other, forms) for other in others)]
+
+
+def _effects(items: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Those that the rig file lacks."""
+    return [item for item in items if "stated" not in item]
 
 
 def _values(item: dict[str, Any]) -> dict[str, float]:

@@ -35,7 +35,7 @@ class Preference:
         return {"over": sorted(self.over), "ln": _short(self.gain), "ci95": [_short(self.low), _short(self.high)]}
 
     def text(self) -> str:
-        return f"ln {self.gain:+.1f}, 95 % {self.low:+.1f} to {self.high:+.1f}"
+        return f"ln odds {self.gain:+.1f} (95 % {self.low:+.1f} to {self.high:+.1f})"
 
 
 def preferences(fitted: Sets, on_all: Sets, chosen: frozenset[str], shares: Mapping[frozenset[str], float]) -> tuple[Preference, ...]:

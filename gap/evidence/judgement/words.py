@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from config.readable import probability
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
 from gap.evidence.judgement.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
@@ -80,7 +81,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     ballot, judge = Ballot(search.seen, judges, fitted, by_set), preferences(fitted, by_set, chosen.labels, found.of_set)
     names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
     if names:
-        word, why = _of_names(names, judge[0], ballot.votes(chosen.labels, search.null.labels), left)
+        word, why = _of_names(names, judge[0], left)
     else:
         word, why = _of_none(found, judged, left)
     return Said(word, f"{why} {_ONLY_HELD_OUT}" if new else why, chosen, names, found.none, judged, judge, everywhere, by_set)
@@ -119,27 +120,26 @@ def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: boo
     return Name(suspect, probability, alike, probability >= CONFIRMED and judge_agrees, ballot.votes(chosen.labels, rest))
 
 
-def _of_names(names: Sequence[Name], to_none: Preference, votes: Votes | None, left: Sequence[str]) -> tuple[str, str]:
-    assert votes is not None  # the hold-out is asked about the best set
-    listed = " and ".join(f"{n.suspect.label} ({n.probability:.3g})" for n in names)
-    judge = f"the hold-out is {'more' if to_none.gain > 0 else 'less'} probable with it than with constants alone ({to_none.text()}"
-    judge += f"; of the fit logs, the hold-out fitted, {votes.fit_logs:+.1f})"
+def _of_names(names: Sequence[Name], to_none: Preference, left: Sequence[str]) -> tuple[str, str]:
+    listed = " and ".join(f"{n.suspect.label} (probability {probability(n.probability)})" for n in names)
+    side, them = "for" if to_none.gain > 0 else "against", "it" if len(names) == 1 else "them"
+    judge = f"The hold-out, which was not fitted, speaks {side} {them}: {to_none.text()} over constants alone"
     if left:
-        return "unknown", f"Something else acts: beside {listed} {', '.join(left)} stays, more than honest models leave; {judge}."
+        return "unknown", f"Something else acts: beside {listed} {', '.join(left)} stays, more than honest models leave. {judge}."
     sets = [f"{{{', '.join([n.suspect.label, *(other.label for other in n.alike)])}}}" for n in names if n.alike]
     if sets:
-        return "ambiguous", f"These logs cannot tell apart {'; '.join(sets)}. Most probable: {listed}; {judge}."
-    return "named", f"{listed}; {judge}."
+        return "ambiguous", f"These logs cannot tell apart {'; '.join(sets)}. Most probable: {listed}. {judge}."
+    return "named", f"{listed}. {judge}."
 
 
 def _of_none(found: Shares, judged: Mapping[str, float], left: Sequence[str]) -> tuple[str, str]:
     if left:
         return "unknown", f"Neither constants nor any known effect explain {', '.join(left)}: more is left than honest models leave."
-    probable = f"that nothing is missing has a probability of {found.none:.3g}"
+    sure = f"that nothing is missing has a probability of {probability(found.none)}"
     gain = judged["constants"] - judged["rig file"]
     if gain <= np.log(1.0 / (1.0 - CONFIRMED)):
-        return "no_gap", f"The rig file predicts the hold-out as well as refitted constants do (ln {gain:+.1f}); {probable}."
-    return "parameter_mismatch", f"Other values of the rig's constants predict the hold-out better (ln {gain:+.1f}); {probable}."
+        return "no_gap", f"The rig file predicts the hold-out as well as refitted constants do (ln odds {gain:+.1f}); {sure}."
+    return "parameter_mismatch", f"Other values of the rig's constants predict the hold-out better (ln odds {gain:+.1f}); {sure}."
 
 
 def unexplained(all_logs: Seen, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:

@@ -14,7 +14,7 @@ from config.schema.plant import Plant
 from config.schema.rig import Rig
 from gap.evidence.deciding_numbers import CHANGED_TIMES
 from gap.fitting.model import Free, Model
-from gap.signatures.sizes import sizes_of
+from gap.suspects.sizes import sizes_of
 
 # Rated flow: an orifice that is worn or clogged. Null, payload and mass have effects of their own, which would be the same twice.
 _OF_FAULTS = {"rated_flow_m3_per_s": "rated_flow"}

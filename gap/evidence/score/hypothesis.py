@@ -23,7 +23,7 @@ from gap.evidence.score.laplace import log_evidence
 from gap.evidence.score.prior import prior_of
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering, residual, simulate
-from gap.signatures.candidates import Candidate
+from gap.suspects.candidates import Candidate
 
 Suspect = Candidate | Changed
 MOST_HONEST = float(norm.ppf(0.5 + 0.5 * CONFIRMED))  # scales of the discrepancy that CONFIRMED of honest models leave at most

@@ -1,6 +1,6 @@
-"""`python -m tests.blind.scoring.axis_study DIR`: both searches on development cases of a servo axis, seconds of processor time each.
+"""`python -m tests.blind.scoring.axis_study DIR`: development cases of a servo axis, seconds of processor time each.
 
-    python -m tests.blind.scoring.paired DIR/gates DIR/evidence
+    python -m tests.blind.scoring.paired DIR OTHER    # of two checkouts
 
 A round has nothing missing under four forms of friction, missing and hidden effects, and numbers of 3 times and a fifth of what is stated.
 Constants are jittered, seed by seed. Cases that have a result are not run again. Nothing here is sealed: answers may be looked at.
@@ -14,11 +14,11 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.blind.cases import Case
 from tests.blind.one_case import search_files
 from tests.blind.result_file import ENDED, gather, of_case, results
@@ -45,7 +45,7 @@ FIELDS = {"sensor_delay": "delay: {} s", "valve_deadband": "overlap: {}"}
 
 
 def main() -> int:
-    """Exit 0; a line a case and search."""
+    """Exit 0; a line a case."""
     parser = argparse.ArgumentParser(prog="python -m tests.blind.scoring.axis_study", description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rounds", type=int, default=1)
@@ -54,17 +54,14 @@ def main() -> int:
     every = list(cases(arguments.rounds, arguments.seed))
     if not (arguments.folder / HASH).exists():
         seal(arguments.folder, every, arguments.seed)
-    for decide in ("gates", "evidence"):
-        (arguments.folder / decide / ENDED).mkdir(parents=True, exist_ok=True)
+    study: Path = arguments.folder
+    (study / ENDED).mkdir(parents=True, exist_ok=True)
     for case in every:
-        for decide in ("gates", "evidence"):
-            study = arguments.folder / decide
-            if case.name not in results(study):
-                result = searched(case, decide)  # type: ignore[arg-type]
-                of_case(study, case.name).write_text(json.dumps(result) + "\n")
-                print(f"{case.name} {decide}: {told(case)}: {answered(result)}", flush=True)
-    for decide in ("gates", "evidence"):
-        gather(arguments.folder / decide)
+        if case.name not in results(study):
+            result = searched(case)
+            of_case(study, case.name).write_text(json.dumps(result) + "\n")
+            print(f"{case.name}: {told(case)}: {answered(result)}", flush=True)
+    gather(study)
     return 0
 
 
@@ -86,14 +83,14 @@ def _case(number: int, seed: int, group: str, hidden: tuple[Hidden, ...], form: 
     return Case(f"case-{number:04d}", group, setting, removed, 0.0, ("axis", LOG_S), ("axis", LOG_S))
 
 
-def searched(case: Case, decide: Literal["gates", "evidence"]) -> dict[str, Any]:
+def searched(case: Case) -> dict[str, Any]:
     """One search of one case on files of its own, as the blind study runs it."""
     with tempfile.TemporaryDirectory(prefix="axis-") as name:
         folder = Path(name)
         (folder / "rig.yaml").write_text(axis_logs.axis_text(*(effect for effect, _ in case.removed)))
         logs = [axis_logs.write(folder / f"{take}.csv", made(case, take)) for take in (0, 1)]
         start = time.process_time()
-        found = search_files(folder / "rig.yaml", logs[:1], logs[1:], Settings(workers=1, propose=False, decide=decide))
+        found = search_files(folder / "rig.yaml", logs[:1], logs[1:], Settings(workers=1, propose=False))
     return {"name": case.name} | found | {"processor_s": round(time.process_time() - start, 1)}
 
 

@@ -1,4 +1,7 @@
-"""docs/results/blind.md from the results: everything on it is counted from files of the study, nothing is written by hand."""
+"""docs/results/blind.md from the results: everything on it is counted from files of the study, nothing is written by hand.
+
+Beside the search stands an earlier one on the same cases, where its results lie in `gates` beside those of the study.
+"""
 
 from __future__ import annotations
 
@@ -11,73 +14,64 @@ from typing import Any
 
 from tests.blind.baselines import METHODS
 from tests.blind.cases import Case
-from tests.blind.scoring.naming_record import write_record
+from tests.blind.result_file import results
+from tests.blind.scoring import paired, reliability
+from tests.blind.scoring.asked import demands
 from tests.blind.scoring.pictures import confusion, power
 from tests.blind.scoring.score import Score, score
-from tests.blind.scoring.tables import Share, by_effect, by_form, by_sensors, by_version, failures, of_group, share, table, targets
-from tests.blind.seal import published
+from tests.blind.scoring.tables import Share, by_effect, by_form, by_sensors, failures, of_group, share, table
+from tests.blind.seal import published, unseal
 
 DOCS = Path(__file__).parents[3] / "docs"
 TITLE = "How the search fares with a machine it does not know"
 PROTOCOL = Path(__file__).with_name("protocol.md")
+EARLIER = "gates"
+
+Results = Mapping[str, Mapping[str, Any]]
 
 
-def write_page(study: Path, cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]], docs: Path = DOCS) -> None:
-    """Score and write."""
-    scores = [score(case, results[case.name]) for case in cases if case.name in results]
-    if docs == DOCS:
-        write_record(scores, published(study)[0])
-    confusion(scores, docs / "pictures" / "blind_confusion.png")
-    power(scores, docs / "pictures" / "blind_power.png")
-    parts = [_head(study, cases, results, scores), PROTOCOL.read_text(), _numbers(cases, results, scores), _failures(scores)]
+def write_page(study: Path, docs: Path = DOCS) -> None:
+    """Score and write. To do that opens the seal."""
+    cases, found, earlier = unseal(study), results(study), study.with_name(EARLIER)
+    scores = [score(case, found[case.name]) for case in cases if case.name in found]
+    for draw, name in ((confusion, "confusion"), (power, "power")):
+        draw(scores, docs / "pictures" / f"blind_{name}.png")
+    parts = [_head(study, cases, found, scores), PROTOCOL.read_text(), _numbers(cases, found, scores), _probabilities(cases, found, docs)]
+    if results(earlier):
+        parts.append(_beside(study, earlier, cases))
     page = docs / "results" / "blind.md"
     page.parent.mkdir(exist_ok=True)
-    page.write_text("\n".join(parts))
+    page.write_text("\n".join([*parts, _failures(scores)]))
 
 
-def _head(study: Path, cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]], scores: Sequence[Score]) -> str:
+def _head(study: Path, cases: Sequence[Case], found: Results, scores: Sequence[Score]) -> str:
     digest, sealed = published(study)
-    if not results:
+    if not found:
         return f"# {TITLE}\n\nNo case has been run yet. Answers {sealed}, SHA-256 `{digest}`.\n"
     counts = Counter(s.case.group for s in scores)
-    versions = {(r["finder"], r["commit"]) for r in results.values()}
-    dates = sorted(str(r["date"]) for r in results.values())
-    seconds = [float(r["seconds"]) for r in results.values()]
-    run = ", ".join(f"{counts[g]} {g.replace('_', ' ')}" for g in ("single", "null", "pair", "out_of_library", "look_alike"))
-    builds = "one version" if len(versions) == 1 else f"{len(versions)} versions"
+    dates = sorted(str(r["date"]) for r in found.values())
+    seconds = [float(r["processor_s"]) for r in found.values()]
+    run = ", ".join(f"{counts[g]} {g.replace('_', ' ')}" for g in dict.fromkeys(case.group for case in cases))
+    commits = ", ".join(sorted({str(r["commit"]) for r in found.values()}))
     head = f"""# {TITLE}
 
 You will have: what the search for missing physics gets right and wrong on hidden effects, with how many cases each number rests on.
 Written by `make blind`; do not edit.
 
-**{len(scores)} of {len(cases)} cases run** ({run}), {dates[0]} to {dates[-1]} UTC, with {builds} of the search (table below).
+**{len(scores)} of {len(cases)} cases run** ({run}), {dates[0]} to {dates[-1]} UTC, by commit {commits}.
 Answers {sealed}, SHA-256 `{digest}`, before the run.
-No setting of the search was tuned on these answers but where the protocol says so; development used seeds of its own.
-A search took {median(seconds):.0f} s (median, on a busy machine; longest {max(seconds):.0f} s).
+A search took {median(seconds):.0f} s of processor time (median; longest {max(seconds):.0f} s).
 """
     return "\n".join(fill(line, 110, break_long_words=False, break_on_hyphens=False) for line in head.split("\n"))
 
 
-def _numbers(cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]], scores: Sequence[Score]) -> str:
-    resolved = _resolved(cases, results)
+def _numbers(cases: Sequence[Case], found: Results, scores: Sequence[Score]) -> str:
+    resolved = ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", _resolved(cases, found).text())
     parts = [
         "## What came out\n\nIn brackets: Wilson's 95 % interval in percent.\n",
-        table(("question", "wanted", "seen"), targets(scores, resolved)),
+        table(("question", "asked", "seen"), [*demands(scores, found), resolved]),
         "![Share named over the size](../pictures/blind_power.png)\n",
         "![Hidden effect against first name](../pictures/blind_confusion.png)\n",
-        "### By version of the search\n",
-        table(
-            (
-                "commit",
-                "last case (UTC)",
-                "cases",
-                "one effect, 3× and 10×: named",
-                "no effect: false name",
-                "both of two",
-                "wrong confirmed",
-            ),
-            by_version(scores, results),
-        ),
         "### By effect\n\nNamed (first or in its set) of cases run, at 1, 3 and 10 smallest visible sizes; where half are named;\n"
         "median error of the parameter at 3× and 10×; what was wrongly named instead.\n",
         table(("hidden", "1×", "3×", "10×", "half at", "error", "wrong names"), by_effect(scores)),
@@ -85,9 +79,33 @@ def _numbers(cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]], sc
         table(("friction", "named at 3× and 10×", "… and closed to 1.2", "null: nothing missing", "null: false name"), by_form(scores)),
         "### By sensors\n",
         table(("chamber pressures", "named at 3× and 10×"), by_sensors(scores)),
-        "### Baselines on the same cases\n\n" + _baselines(cases, results),
+        "### Baselines on the same cases\n\n" + _baselines(cases, found),
     ]
     return "\n".join(parts)
+
+
+def _probabilities(cases: Sequence[Case], found: Results, docs: Path) -> str:
+    """Of the names said with a probability, how many were right."""
+    made = reliability.bins(reliability.said_names({case.name: case for case in cases}, found))
+    reliability.diagram(made, docs / "pictures" / "blind_reliability.png")
+    picture = "![share of right names over the probability said](../pictures/blind_reliability.png)"
+    return "\n".join(["## Probabilities\n", *reliability.table(made), "", picture, ""])
+
+
+def _beside(study: Path, earlier: Path, cases: Sequence[Case]) -> str:
+    """What is asked, of both searches on the cases that both have, and these pair by pair."""
+    found = [results(part) for part in (earlier, study)]
+    common = [case for case in cases if all(case.name in own for own in found)]
+    asked = [demands([score(case, own[case.name]) for case in common], own) for own in found]
+    both = [(text, limit, seen, other) for (text, limit, seen), (_, _, other) in zip(*asked, strict=True)]
+    commits = ", ".join(sorted({str(r["commit"]) for r in found[0].values()}))
+    said = f"""## Beside the search before
+
+A search by gates of the hold-out ({commits}) ran {len(common)} of these cases. What would decide between the two
+was [declared before](../../tests/blind/study/README.md) either was scored; the search by gates is gone since.
+A: gates, B: this search.
+"""
+    return "\n".join([said, *paired.table(paired.pairs(earlier, study)), "", table(("", "asked", "gates", "this search"), both)])
 
 
 def _resolved(cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]]) -> Share:

@@ -1,9 +1,7 @@
 """`python -m tests.blind.scoring.paired A B`: two searches on the same cases, paired (McNemar), group by group.
 
-    python -m tests.blind --study STUDY/gates
-    python -m tests.blind --study STUDY/evidence --decide evidence
-
-with answers that lie in STUDY, sealed once (`python -m tests.blind --study STUDY --seal`), or in either folder the same.
+Each has run them from a checkout of its own (`python -m tests.blind --study STUDY/A`), with answers that lie in STUDY, sealed once
+(`python -m tests.blind --study STUDY --seal`), or in either folder the same.
 
 A case that both searches have finished counts. p: how probable as many cases lost, of those that differ, would be if B were as good as A
 (one-sided, exact). s: median of processor time where the results have it. Prints a Markdown table.

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import Any
 
 from tests.blind.scoring.score import QUIET, Score, right
 from tests.blind.scoring.wilson import half_power, wilson
@@ -43,33 +42,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table."""
     lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)]) + "\n"
-
-
-def targets(scores: Sequence[Score], resolved: Share) -> list[tuple[str, str, str]]:
-    """What is asked for, the limit, and what was seen."""
-    single = of_group(scores, "single")
-    large = [s for s in single if s.case.multiple >= 3]
-    null, pair, strange = (of_group(scores, g) for g in ("null", "pair", "out_of_library"))
-    errors = [s.parameter_error for s in large if s.parameter_error is not None]
-    return [
-        ("one effect, 3× and 10×: right name first or in its set", "≥ 95 %", share(large, lambda s: s.in_set).text()),
-        ("… the right name first, alone or with look-alikes", "", share(large, lambda s: s.first).text()),
-        ("… and the verdict stands (not `unknown`)", "", share(large, lambda s: s.in_set and s.verdict in ("named", "ambiguous")).text()),
-        ("… and at 1×", "", share([s for s in single if s.case.multiple == 1], lambda s: s.in_set).text()),
-        ("… median error of the parameter, where named", "≤ 10 %", f"{median(errors):.0%} of {len(errors)}" if errors else "–"),
-        ("… any wrong confirmed name (all sizes)", "", share(single, lambda s: bool(s.wrong_confirmed)).text()),
-        ("no effect: confirmed false name", "0", share(null, lambda s: bool(s.wrong_confirmed)).text()),
-        ("no effect: tentative false name", "≤ 3 %", share(null, lambda s: bool(s.wrong) and not s.wrong_confirmed).text()),
-        (
-            "no effect: says `no_gap` or `parameter_mismatch`",
-            "",
-            share(null, lambda s: s.verdict in QUIET).text(),
-        ),
-        ("two effects: both named", "≥ 80 %", share(pair, lambda s: s.all_named).text()),
-        ("two effects: any wrong confirmed name", "≤ 5 %", share(pair, lambda s: bool(s.wrong_confirmed)).text()),
-        ("out of library: `unknown` or flagged", "≥ 90 %", share(strange, right).text()),
-        ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", resolved.text()),
-    ]
 
 
 def by_effect(scores: Sequence[Score]) -> list[list[str]]:
@@ -112,28 +84,6 @@ def by_sensors(scores: Sequence[Score]) -> list[list[str]]:
         [text, share([s for s in large if s.case.setting.chambers is chambers], lambda s: s.in_set).text()]
         for text, chambers in (("with chamber pressures", True), ("without", False))
     ]
-
-
-def by_version(scores: Sequence[Score], results: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
-    """One row a version of the search, the latest first: only cases of one version say what that version does."""
-    latest: dict[tuple[str, str], str] = {}
-    for result in results.values():
-        version = (str(result["commit"]), str(result["finder"]))
-        latest[version] = max(latest.get(version, ""), str(result["date"]))
-    rows = []
-    for commit, finder in sorted(latest, key=lambda version: latest[version], reverse=True):
-        own = [s for s in scores if results[s.case.name]["finder"] == finder and results[s.case.name]["commit"] == commit]
-        large = [s for s in of_group(own, "single") if s.case.multiple >= 3]
-        null, pair = of_group(own, "null"), of_group(own, "pair")
-        shares = (
-            share(large, lambda s: s.in_set),
-            share(null, lambda s: bool(s.wrong)),
-            share(pair, lambda s: s.all_named),
-        )
-        wrong = sum(bool(s.wrong_confirmed) for s in own)
-        name = f"{commit or 'unknown'} (sources {finder})"
-        rows.append([name, latest[commit, finder], str(len(own)), *(part.text() for part in shares), str(wrong)])
-    return rows
 
 
 def failures(scores: Sequence[Score]) -> list[list[str]]:

@@ -12,7 +12,7 @@ from config.loading.load import LoadedRig
 from daemon.cli.main import main
 from gap import conclusion, find
 from gap.data.log_parts import load_parts
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 
 

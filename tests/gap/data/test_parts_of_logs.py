@@ -12,14 +12,14 @@ from config.loading.load import LoadedRig, rig_from_text
 from gap.data.at_stop import at_stop
 from gap.data.channel_check import channel_problems
 from gap.data.data_check import refuse_pairing
+from gap.data.experiments import experiments_of
 from gap.data.log_parts import load_parts
 from gap.data.measured import load, on_grid
 from gap.data.windows import prepare
 from gap.find import in_each
 from gap.fitting.evaluation import costing, evaluate, mean_channel_costs
 from gap.fitting.model import Model
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 
 Columns = axis_logs.Columns

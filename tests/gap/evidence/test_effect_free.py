@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from config.loading.load import LoadedRig, rig_from_text
+from gap.data.experiments import experiments_of
 from gap.data.measured import load
 from gap.evidence.judgement.posterior import shares
 from gap.evidence.noise.repeated import SLOW, WAYS
@@ -19,9 +20,8 @@ from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import STAGES, refitted
 from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
-from gap.signatures.candidates import candidates
+from gap.settings import Settings
+from gap.suspects.candidates import candidates
 from sim_backend.kernel.batch import quiet
 from sim_backend.kernel.parameters import Parameters
 from tests.support.gap import axis_logs

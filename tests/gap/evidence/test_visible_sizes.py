@@ -21,7 +21,7 @@ from gap.evidence.visible_sizes import changed_by, visible_sizes
 from gap.evidence.where_shown import shown_from
 from gap.fitting.model import Model
 from gap.fitting.nuisance import nuisances
-from gap.signatures.candidates import Candidate, candidates
+from gap.suspects.candidates import Candidate, candidates
 from tests.support.gap import axis_logs
 from tests.support.gap.constants_fitted import constants_fitted
 

@@ -8,7 +8,7 @@ from gap.evidence.promises import widened
 from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
-from gap.signatures.candidates import candidates
+from gap.suspects.candidates import candidates
 from tests.support.gap import axis_logs
 from tests.support.gap.constants_fitted import constants_fitted
 

@@ -11,6 +11,7 @@ import pytest
 from config.loading.load import LoadedRig, load_rig
 from daemon.cli.main import main
 from gap.data.channel_check import comparable
+from gap.data.experiments import experiments_of
 from gap.data.log_parts import load_parts
 from gap.data.windows import Experiment
 from gap.fitting.common_scale import at_own_scale
@@ -18,8 +19,7 @@ from gap.fitting.evaluation import Costing, evaluate
 from gap.fitting.fit import Fit, covariance, unfitted
 from gap.fitting.model import Model
 from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
+from gap.settings import Settings
 from sim_backend.plant import SimulatedRig
 
 DATA_SHEET = [

@@ -16,12 +16,12 @@ from gap.data.measured import load
 from gap.data.noise import correlation_time, local_variances
 from gap.data.windows import prepare
 from gap.fitting.evaluation import evaluate, mean_cost
-from gap.fitting.initial_states import Projection, marginalised
+from gap.fitting.initial_states import Projection, marginalised_readings
 from gap.fitting.model import Free, Model, with_values
 from gap.fitting.nuisance import PRIOR_SD, nuisances
 from gap.fitting.simulate import residual, simulate
 from gap.outcome.model_file import with_effect_line
-from gap.signatures.candidates import candidates
+from gap.suspects.candidates import candidates
 from sim_backend.memory.layout import Target
 from tests.support.gap import axis_logs
 
@@ -71,7 +71,7 @@ def test_start_states_absorb_a_wrong_start(tmp_path: Path) -> None:
     experiment.plan.targets[:, Target.VELOCITY + 1] += 2e-3
     p = Model(rig, (), np.empty(0)).vector()
     e = residual(experiment, simulate(experiment, [p])[0])
-    left = marginalised(experiment, p).apply(e)
+    left = marginalised_readings(experiment, p)[1].apply(e)
     assert np.mean(left**2) < 0.01 * np.mean(e**2)
 
 

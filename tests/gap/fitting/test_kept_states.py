@@ -7,13 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from config.loading.load import load_rig, rig_from_text
+from config.loading.load import load_rig
 from gap.data.windows import Experiment
-from gap.fitting.evaluation import Costing, evaluate
-from gap.fitting.fit import Fit
 from gap.fitting.model import Model
 from gap.fitting.simulate import kept, remembering, simulate, some, warmed
-from gap.fitting.thinned import thinned
 from sim_backend.kernel.batch import carry
 from sim_backend.memory.layout import J_START, J_STRIDE, H, J, Vector
 from tests.support.gap import testbed_logs
@@ -60,18 +57,3 @@ def test_a_batch_on_two_threads_has_every_bit_of_single_calls(whole: Experiment)
         single, _ = carry(whole.start, warmed(whole, p), whole.plan)
         assert np.array_equal(single[:, :, whole.columns], alone)
         assert np.array_equal(alone, beside)
-
-
-def test_half_of_the_windows_cost_the_same_as_among_all(whole: Experiment) -> None:
-    few = remembering(some(whole, CHOSEN), vector())
-    costs = Costing(np.full(len(testbed_logs.CHANNELS), 6.0), 1.0)
-    model = Model(rig_from_text(load_rig("ornl_testbed").text), (), np.empty(0))
-    now = evaluate(few, model, costs)
-    nothing = np.empty((0, *now.readings.shape))
-    done = Fit(model, (now,), (nothing,), (nothing,), 0.0)
-    half, share = thinned(done, most=6)
-    numbers = [0, 1, 2, 6, 7, 8]
-    assert share == 0.5
-    np.testing.assert_array_equal(half.evaluations[0].window_costs, done.evaluations[0].window_costs[numbers])
-    np.testing.assert_array_equal(simulate(half.evaluations[0].experiment, [vector()])[0], done.evaluations[0].readings[numbers])
-    assert thinned(done, most=12)[0] is done

@@ -18,7 +18,7 @@ from gap.find import search_gap
 from gap.fitting.evaluation import evaluate
 from gap.fitting.model import Model
 from gap.fitting.model_check import against_model
-from gap.search.settings import Settings
+from gap.settings import Settings
 from sim_backend.plant import SimulatedRig
 
 Columns = dict[str, np.ndarray]

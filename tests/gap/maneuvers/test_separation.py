@@ -10,6 +10,7 @@ import pytest
 from config.errors import ManeuverError
 from config.loading.load import LoadedRig, load_rig
 from gap.data.noise import noise_floors
+from gap.data.window_length import window_length_s
 from gap.data.windows import prepare
 from gap.fitting.sensitivity import projected, sensitivities
 from gap.fitting.simulate import simulate
@@ -18,7 +19,6 @@ from gap.maneuvers.designs import ManeuverDesign, designs
 from gap.maneuvers.extra_sensor import ExtraSensor, with_sensors
 from gap.maneuvers.rivals import no_effect, rival_of
 from gap.maneuvers.separation import Comparison, observed
-from gap.signatures.window_length import window_length_s
 from tests.support.gap import axis_logs
 from tests.support.gap.compared import compare
 

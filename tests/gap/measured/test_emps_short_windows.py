@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import detrend
 
 from gap.find import find
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import emps_logs
 
 

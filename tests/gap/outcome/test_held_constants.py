@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,15 @@ from config.checking.check import check_rig
 from config.loading.load import LoadedRig, load_rig, rig_from_text
 from config.parsing.provenance import tag_of
 from config.parsing.yaml_tree import parse
+from gap.data.experiments import experiments_of
 from gap.data.measured import on_grid
+from gap.fitting.evaluation import evaluate
+from gap.fitting.fit import fit
 from gap.fitting.model import Model
 from gap.fitting.nuisance import held, nuisances
 from gap.outcome.held_constants import HeldConstant, held_constants
-from gap.search.opening import experiments_of, started
-from gap.search.settings import Settings
+from gap.outcome.search_state import opening_state
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 from tests.support.gap.finished_search import quiet
 
@@ -39,7 +43,9 @@ def asked(text: str, truth: str) -> list[HeldConstant]:
     names, few, holdouts = experiments_of(loaded, logs[:1], logs[1:], Settings(workers=1))
     free = nuisances(loaded, frozenset(names))
     model = Model(loaded.rig, free, np.array([item.start for item in free]))
-    state, _ = started(model, few, holdouts, frozenset(names), quiet)
+    state = opening_state(model, few, holdouts, frozenset(names), quiet)
+    done = fit(model, state.experiments, state.costs)
+    state = replace(state, current=done, seen=tuple(evaluate(e, done.model, state.costs) for e in holdouts))
     assert all(item.key not in {f.key for f in held(loaded, CHANNELS)} for item in state.current.model.free)
     return held_constants(loaded, state, quiet)
 

@@ -13,17 +13,17 @@ import pytest
 
 from config.loading.load import LoadedRig, load_rig, rig_from_text
 from daemon.cli.main import main
+from gap.data.experiments import experiments_of
 from gap.data.measured import load, on_grid
 from gap.fitting.evaluation import Evaluation
 from gap.fitting.model import Model
 from gap.fitting.nuisance import nuisances
+from gap.outcome.search_state import SearchState, opening_state
 from gap.remainder.kept_remainder import kept_remainder
 from gap.remainder.remainder import remainder
 from gap.remainder.remainder_table import tables
 from gap.report.kept_sentence import kept_sentence
-from gap.search.opening import experiments_of, started
-from gap.search.search_state import GateSearch
-from gap.search.settings import Settings
+from gap.settings import Settings
 from sim_backend.effects.unnamed_remainder import UnnamedRemainder
 from tests.support.gap import axis_logs
 
@@ -63,7 +63,7 @@ def logged(seed: int, force: Force) -> axis_logs.Columns:
 
 def opened(
     folder: Path, of_fit: Force, of_holdout: Force, text: str = MODEL, seeds: tuple[int, int] = (11, 12)
-) -> tuple[GateSearch, tuple[Evaluation, ...], dict[str, Any]]:
+) -> tuple[SearchState, tuple[Evaluation, ...], dict[str, Any]]:
     """A search before its first effect, the hold-out with the rig file as it is, and what that leaves."""
     loaded = LoadedRig(rig_from_text(text), text, "axis.yaml")
     paths = [axis_logs.write(folder / f"{k}.csv", logged(k, force)) for k, force in zip(seeds, (of_fit, of_holdout), strict=True)]
@@ -71,10 +71,10 @@ def opened(
     names, experiments, holdouts = experiments_of(loaded, fitted, held, Settings(workers=1))
     free = nuisances(loaded, frozenset(names))
     model = Model(loaded.rig, free, np.array([item.start for item in free]))
-    state, nominal = started(model, experiments, holdouts, frozenset(names), lambda line: None)
-    rest = remainder(nominal, nominal, names, loaded.rig)
+    state = opening_state(model, experiments, holdouts, frozenset(names), lambda line: None)
+    rest = remainder(state.seen, state.seen, names, loaded.rig)
     assert rest is not None
-    return state, nominal, rest
+    return state, state.seen, rest
 
 
 @pytest.mark.slow

@@ -50,12 +50,11 @@ def test_an_accelerometer_at_the_tip_is_a_sensor_and_not_the_acceleration_of_a_j
 def found_with(costs: list[list[float]]) -> Any:
     """An outcome on hold-out logs with these costs of each channel (NaN: it is lacking); its effect is at the second channel's sensor."""
     candidate = SimpleNamespace(effect="sensor_scale", where=f"sensor:{CHANNELS[1]}", label="scale")
-    step = SimpleNamespace(trial=SimpleNamespace(candidate=candidate))
     return SimpleNamespace(
         channels=CHANNELS,
         nominal=[SimpleNamespace(channel_costs=np.array(row)) for row in costs],
         places=[],
-        state=SimpleNamespace(steps=[step]),
+        state=SimpleNamespace(named=[SimpleNamespace(suspect=candidate)]),
         rig=load_rig("ornl_testbed"),
     )
 

@@ -20,7 +20,7 @@ from daemon.lockstep import run_lockstep
 from gap.find import find
 from gap.maneuvers.designs import ManeuverDesign
 from gap.report.picture import write_picture
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 from tests.support.gap.findings_schema import problems
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from config.loading.load import LoadedRig, rig_from_text
+from gap.data.experiments import experiments_of
 from gap.data.measured import load
 from gap.evidence.opening import opening
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import refitted
 from gap.fitting.nuisance import nuisances
-from gap.search.opening import experiments_of
-from gap.search.settings import Settings
+from gap.settings import Settings
 from tests.support.gap import axis_logs
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import pytest
 
 from gap.find import find
-from gap.search.settings import Settings
+from gap.settings import Settings
 from recording.importing.ingest import ingest
 from tests.support.measured_data import MEASURED_DATA
 
@@ -38,11 +38,9 @@ def _cut(source: Path, target: Path, rows: Rows) -> Path:
     return target
 
 
-def findings(
-    folder: Path, rig: Path | str, fit: Sequence[Path], holdout: Sequence[Path], decide: Literal["gates", "evidence"] = "gates"
-) -> dict[str, Any]:
+def findings(folder: Path, rig: Path | str, fit: Sequence[Path], holdout: Sequence[Path]) -> dict[str, Any]:
     """findings.json of a search with the default settings, without a proposed maneuver."""
-    find(rig, fit, holdout, folder / "out", lambda line: None, Settings(propose=False, decide=decide))
+    find(rig, fit, holdout, folder / "out", lambda line: None, Settings(propose=False))
     content: dict[str, Any] = json.loads((folder / "out" / "findings.json").read_text())
     return content
 
