@@ -1,4 +1,4 @@
-"""Measured seal friction (CC0): Coulomb or viscous cannot be told at one speed; friction grows with pressure."""
+"""Measured seal friction (CC0): Coulomb friction, which grows with pressure."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ DATA = "pneumatic_seal_friction"
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("seal", ["O-ring", "KDN"])
-def test_at_one_speed_coulomb_and_viscous_friction_are_a_pair(tmp_path: Path, seal: str) -> None:
-    """Only the middle of the stroke, where the rod moves at its one speed; 3 bar is held out."""
+def test_in_the_middle_of_the_stroke_the_friction_is_coulomb_friction(tmp_path: Path, seal: str) -> None:
+    """There the rod runs at 5 to 15 mm/s, and the force hardly grows with that; 3 bar is held out."""
 
     def middle(row: dict[str, float]) -> bool:
         return 0.006 < row["x_m"] < 0.030
@@ -23,8 +23,10 @@ def test_at_one_speed_coulomb_and_viscous_friction_are_a_pair(tmp_path: Path, se
     fit = measured_logs.logs(tmp_path, DATA, "seal_rig", [f"{seal}_{bar}bar" for bar in (1, 5, 7)], middle)
     holdout = measured_logs.logs(tmp_path, DATA, "seal_rig", [f"{seal}_3bar"], middle)
     content = measured_logs.findings(tmp_path, "seal_rig", fit, holdout)
-    assert {"coulomb_friction", "viscous_friction"} <= measured_logs.set_of(content["findings"][0])
-    assert content["verdict"] == "ambiguous"
+    (friction,) = content["leads"]  # beside what else acts in the pressure
+    assert friction["effect"] == "coulomb_friction"
+    assert friction["probability"] > 0.95
+    assert 5.0 < friction["parameters"]["friction"]["value"] < 7.0  # N
 
 
 @pytest.mark.slow

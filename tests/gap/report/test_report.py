@@ -8,6 +8,7 @@ import difflib
 import json
 import re
 import struct
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,7 @@ def test_the_first_screen_has_the_verdict_the_names_the_numbers_and_the_picture(
     (image,) = re.findall(r"data:image/png;base64,([^\"]+)", first)
     height_px = struct.unpack(">II", base64.b64decode(image)[16:24])[1]
     rows, words = first.count("<tr>"), re.sub(r"<[^>]+>", " ", first)
-    assert content["why"].split(",")[0] in words
+    assert escape(content["why"].split(",")[0]) in words
     friction = content["findings"][0]["parameters"]["friction"]
     low, high = (f"{end:.4g}" for end in friction["ci95"])
     assert f"friction {friction['value']:.4g} N ({low} to {high})" in words
