@@ -84,8 +84,8 @@ def judged_file(done: Searched, half_width: Array) -> JudgedFile:
 
 def _word(done: Searched) -> Verdict:
     """The verdict; data that cannot be used say nothing else."""
-    fatal = [problem.text() for problem in done.problems if problem.fatal]
     if done.decided is None:
+        fatal = [problem.text() for problem in done.problems if problem.fatal]
         return Verdict("data_problem", f"Nothing is said about the plant: {'; '.join(fatal)}", False)
     return done.decided.verdict
 

@@ -6,8 +6,9 @@ verdict with probabilities.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 from config.loading.load import LoadedRig
 from config.progress import Progress
@@ -67,16 +68,17 @@ def decide(
         search = stage(search, progress)
     progress("asking the hold-out")
     outcome = said(search, [uncut(e, loaded.rig, names) for e in state.holdouts], names)
-    state, null = _with_constants(state, search.null)
-    best = _whole(state, outcome.chosen)
-    named = tuple(_named(state, search, outcome.chosen.labels, name, best) for name in outcome.names)
+    state = _with_constants(state, search.null)
+    whole = cache(lambda labels: _whole(state, search.fit_of(labels)))  # sets are asked for by several names
+    named = tuple(_named(whole, search, outcome.chosen.labels, name) for name in outcome.names)
     blind = half_width(search.seen, outcome.chosen)
     chosen = on_all_logs(state, outcome.all_logs, outcome.on_all[outcome.chosen.labels])
     progress("smallest sizes that would have been named")
     least, places = _least(search, outcome), _places(state, outcome, names, loaded)
     alone = _alone(state, search, outcome)
-    state = replace(state, current=best[0], seen=best[1], alone=null[0], alone_seen=null[1], named=named)
-    return state, Decided(outcome, blind, chosen, alone, least, places)
+    (best, seen), (null, null_seen) = whole(outcome.chosen.labels), whole(search.null.labels)
+    ended = replace(state, current=best, seen=seen, alone=null, alone_seen=null_seen, named=named)
+    return ended, Decided(outcome, blind, chosen, alone, least, places)
 
 
 def _places(state: SearchState, outcome: Said, names: Sequence[str], loaded: LoadedRig) -> tuple[Disagreement, ...]:
@@ -106,14 +108,14 @@ def _alone(state: SearchState, search: EvidenceSearch, outcome: Said) -> tuple[M
 
 
 Whole = tuple[Fit, tuple[Evaluation, ...]]  # a model on the fit logs and on the hold-out
+OfSet = Callable[[frozenset[str]], Whole]  # of a fitted set, by its labels
 
 
-def _with_constants(state: SearchState, null: Hypothesis) -> tuple[SearchState, Whole]:
-    """The state with windows that remember the fitted constants and costs that count its residual's correlation time; these constants."""
+def _with_constants(state: SearchState, null: Hypothesis) -> SearchState:
+    """The state with windows that remember the fitted constants, and costs that count the correlation time of what these leave."""
     vector = as_constants(null).vector()
     state = replace(state, experiments=[remembering(e, vector) for e in state.experiments])
-    state = replace(state, costs=recounted(state.costs, as_fit(null, state.experiments, state.costs).evaluations))
-    return state, _whole(state, null)
+    return replace(state, costs=recounted(state.costs, as_fit(null, state.experiments, state.costs).evaluations))
 
 
 def _whole(state: SearchState, hypothesis: Hypothesis) -> Whole:
@@ -122,17 +124,17 @@ def _whole(state: SearchState, hypothesis: Hypothesis) -> Whole:
     return done, tuple(evaluate(e, done.model, state.costs) for e in state.holdouts)
 
 
-def _named(state: SearchState, search: EvidenceSearch, chosen: frozenset[str], name: Name, best: Whole) -> Named:
+def _named(whole: OfSet, search: EvidenceSearch, chosen: frozenset[str], name: Name) -> Named:
     """One name of the chosen set, with those of its look-alikes that are fitted."""
     rest = chosen - {name.suspect.label}
-    base = _whole(state, search.known(rest) or search.null)
-    alike = [_look_alike(state, other, rival, base) for other in name.alike if (rival := search.known(rest | {other.label}))]
-    return Named(_explanation(name.suspect, best, base), name.probability, name.confirmed, name.votes, tuple(alike))
+    base = whole((search.known(rest) or search.null).labels)
+    alike = [_look_alike(whole, other, rival, base) for other in name.alike if (rival := search.known(rest | {other.label}))]
+    return Named(_explanation(name.suspect, whole(chosen), base), name.probability, name.confirmed, name.votes, tuple(alike))
 
 
-def _look_alike(state: SearchState, other: Alike, rival: Hypothesis, base: Whole) -> LookAlike:
+def _look_alike(whole: OfSet, other: Alike, rival: Hypothesis, base: Whole) -> LookAlike:
     suspect = next(s for s in rival.suspects if s.label == other.label)
-    return LookAlike(_explanation(suspect, _whole(state, rival), base), other.share, other.votes)
+    return LookAlike(_explanation(suspect, whole(rival.labels), base), other.share, other.votes)
 
 
 def _explanation(suspect: Suspect, whole: Whole, base: Whole) -> Explanation:

@@ -42,6 +42,13 @@ class Evaluation:
     channel_costs: Array  # of every channel over the log; NaN where the log has none of it
 
 
+def first_costs(experiments: Sequence[Experiment], model: Model) -> tuple[Costing, list[Evaluation]]:
+    """How residuals count beside this model, the first one, and the model so counted."""
+    plain = [evaluate(e, model, None) for e in experiments]
+    costs = costing(experiments, [e.left for e in plain])
+    return costs, [judged(e.experiment, e.readings, e.projection, costs) for e in plain]
+
+
 def costing(experiments: Sequence[Experiment], lefts: Sequence[Array]) -> Costing:
     """From the residuals of the first model."""
     channels = len(experiments[0].columns)

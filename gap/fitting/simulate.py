@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap.data.measured import Array
-from gap.data.windows import Experiment, Memory
+from gap.data.strata import chosen
+from gap.data.windows import Experiment, Memory, velocities
 from sim_backend.kernel.batch import carry
 from sim_backend.memory.layout import J_START, J_STRIDE, SLOTS, C, H, J, Vector, X
 
@@ -30,6 +31,12 @@ def some(experiment: Experiment, numbers: NDArray[np.int64]) -> Experiment:
     entries[0] = max(entries[0], 0)
     thinned = replace(plan, starts=starts, entries=entries)
     return replace(experiment, plan=thinned, measured=experiment.measured[numbers], whole=plan)
+
+
+def chosen_windows(experiments: Sequence[Experiment], p: Vector) -> list[Experiment]:
+    """Windows of every regime of each log, with what they remember with the parameters `p`."""
+    numbers = chosen([velocities(e) for e in experiments])
+    return [remembering(some(e, n), p) for e, n in zip(experiments, numbers, strict=True)]
 
 
 def remembering(experiment: Experiment, p: Vector) -> Experiment:

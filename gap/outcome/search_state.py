@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 
 from config.progress import Progress
 from gap.data.coarse_steps import CoarseStep
-from gap.data.strata import chosen
-from gap.data.windows import Experiment, velocities
-from gap.fitting.evaluation import Costing, Evaluation, costing, evaluate, judged, mean_cost
+from gap.data.windows import Experiment
+from gap.fitting.evaluation import Costing, Evaluation, first_costs, mean_cost
 from gap.fitting.fit import Fit, objective
 from gap.fitting.model import Model
-from gap.fitting.simulate import remembering, some
+from gap.fitting.simulate import chosen_windows
 from gap.outcome.names import Named
 
 
@@ -48,11 +47,8 @@ def opening_state(
 ) -> SearchState:
     """The rig file as it is, on the fit logs' chosen windows and on the hold-out; nothing is fitted yet."""
     progress("comparing the rig file with the logs")
-    numbers = chosen([velocities(e) for e in experiments])
-    few = [remembering(some(e, n), model.vector()) for e, n in zip(experiments, numbers, strict=True)]
-    free = [evaluate(e, model, None) for e in (*few, *held)]
-    costs = costing([*few, *held], [e.left for e in free])
-    counted = [judged(e.experiment, e.readings, e.projection, costs) for e in free]
+    few = chosen_windows(experiments, model.vector())
+    costs, counted = first_costs([*few, *held], model)
     now, nominal = tuple(counted[: len(few)]), tuple(counted[len(few) :])
     progress(f"hold-out: {mean_cost(nominal):.4g} noise floors")
     start = Fit(model, now, (), (), objective(model, now, costs))

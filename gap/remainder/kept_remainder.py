@@ -17,12 +17,12 @@ from gap.data.measured import Measured
 from gap.fitting.compare import paired_t
 from gap.fitting.evaluation import Evaluation, evaluate, mean_cost
 from gap.fitting.fit import Fit, fit
+from gap.outcome.held_constants import LEAST_DROP
 from gap.outcome.model_file import with_effect_line
 from gap.outcome.search_state import SearchState
 from gap.outcome.written import file_model
 from gap.remainder.remainder_table import BALANCE, UNITS, RemainderTable, tables
 
-LEAST_FALL = 0.02  # noise floors
 LEAST_FALL_T = 2.0  # of the hold-out's fall: one table was asked for, not the best of many candidates
 
 
@@ -80,7 +80,7 @@ def _judged(
     after = _on_holdout(with_effect_line(text, line), state)
     reached, t = mean_cost(after), paired_t(final, after)
     numbers = {"holdout_before": before, "holdout_after": reached, "t": round(t, 2)}
-    if not (before - reached >= LEAST_FALL and t > LEAST_FALL_T):
+    if not (before - reached >= LEAST_DROP and t > LEAST_FALL_T):
         change = f"from {before:.4g} to {reached:.4g} noise floors (t {t:.1f})"
         return text, _not_kept(
             f"with a table of {table.acts} over {table.variable} the hold-out goes {change}: no clear fall", progress

@@ -21,16 +21,15 @@ from gap.data.channel_check import comparable
 from gap.data.data_check import DataProblem, check
 from gap.data.experiments import experiments_of
 from gap.data.measured import Array, Measured
-from gap.data.strata import chosen
-from gap.data.windows import Experiment, velocities
+from gap.data.windows import Experiment
 from gap.fitting.confidence import bootstrap_sd
-from gap.fitting.evaluation import Costing, Evaluation, costing, evaluate, judged, recounted
+from gap.fitting.evaluation import Costing, Evaluation, first_costs, recounted
 from gap.fitting.fit import CONVERGED, Fit, covariance, fit, full_step
 from gap.fitting.model import Model
 from gap.fitting.model_check import against_model
 from gap.fitting.nuisance import nuisances
 from gap.fitting.sensitivity import projected, sensitivities
-from gap.fitting.simulate import remembering, some
+from gap.fitting.simulate import chosen_windows, remembering
 from gap.settings import Settings
 from gap.watch.watched import watched, with_wide_priors
 
@@ -91,11 +90,8 @@ def _refuse(problems: Sequence[DataProblem]) -> None:
 
 def _opened(model: Model, experiments: Sequence[Experiment]) -> tuple[list[Experiment], Costing, list[Evaluation]]:
     """Windows of every regime, and the rig file as it is on them."""
-    vector, numbers = model.vector(), chosen([velocities(e) for e in experiments])
-    few = [remembering(some(e, n), vector) for e, n in zip(experiments, numbers, strict=True)]
-    first = [evaluate(e, model, None) for e in few]
-    costs = costing(few, [e.left for e in first])
-    return few, costs, [judged(e.experiment, e.readings, e.projection, costs) for e in first]
+    few = chosen_windows(experiments, model.vector())
+    return few, *first_costs(few, model)
 
 
 def _fitted_on(done: Fit, costs: Costing) -> tuple[Fit, Costing]:
