@@ -5,8 +5,6 @@ Reference: 145.4 µm before, 68.9 with Coulomb friction, 25.6 with asymmetric fr
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.signal import detrend
