@@ -117,7 +117,9 @@ def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: boo
     probability, rest = found.of(suspect.label), chosen.labels - {suspect.label}
     group = found.in_place_of(chosen.labels, suspect.label)
     alike = tuple(Alike(label, share, ballot.votes(rest | {label}, rest)) for label, share in group if label != suspect.label)
-    return Name(suspect, probability, alike, probability >= CONFIRMED and judge_agrees, ballot.votes(chosen.labels, rest))
+    votes = ballot.votes(chosen.labels, rest)
+    spoken_for = judge_agrees and votes is not None and votes.holdout > 0.0
+    return Name(suspect, probability, alike, probability >= CONFIRMED and spoken_for, votes)
 
 
 def _of_names(names: Sequence[Name], to_none: Preference, left: Sequence[str]) -> tuple[str, str]:

@@ -1,0 +1,47 @@
+"""A name is confirmed if it is probable enough, the whole set is borne out, and the hold-out by itself speaks for that name."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from gap.evidence.judgement.posterior import Shares
+from gap.evidence.judgement.votes import Votes
+from gap.evidence.judgement.words import _name
+
+PAIR, ONE = frozenset({"stiction at x", "valve_deadband at x"}), frozenset({"stiction at x"})
+
+
+class Asked:
+    """A ballot of one answer; remembers between which sets it was asked."""
+
+    def __init__(self, holdout: float | None) -> None:
+        self._holdout = holdout
+        self.asked: list[tuple[frozenset[str], frozenset[str]]] = []
+
+    def votes(self, with_it: frozenset[str], without: frozenset[str]) -> Votes | None:
+        self.asked.append((with_it, without))
+        return None if self._holdout is None else Votes(self._holdout, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("share", "borne_out", "holdout", "confirmed"),
+    [
+        (0.995, True, 12.0, True),
+        (0.985, True, 12.0, False),  # not probable enough
+        (0.995, False, 12.0, False),  # the set as a whole, or something else acts
+        (0.995, True, -29.0, False),  # the hold-out is worse off with this name than without it
+        (0.995, True, None, False),  # not asked
+    ],
+)
+def test_every_name_needs_the_hold_outs_own_vote(share: float, borne_out: bool, holdout: float | None, confirmed: bool) -> None:
+    found = Shares({PAIR: share, ONE: 1.0 - share})
+    chosen: Any = SimpleNamespace(labels=PAIR)
+    suspect: Any = SimpleNamespace(label="valve_deadband at x")
+    ballot: Any = Asked(holdout)
+    name = _name(found, chosen, suspect, borne_out, ballot)
+    assert name.confirmed is confirmed
+    assert name.probability == pytest.approx(share)
+    assert ballot.asked[-1] == (PAIR, ONE)
