@@ -93,7 +93,8 @@ def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: in
     older ones made of the evidence counts for nothing."""
     best = None
     for _ in range(passes):
-        fresh = hypothesis_of(seen, suspects, renewed(seen, best.at if best else point))
+        # Only the sensitivities are new here: what the point leaves, and so its discrepancy, is as it was.
+        fresh = hypothesis_at(seen, suspects, renewed(seen, best.at if best else point))
         found = hypothesis_of(seen, suspects, descended(seen, fresh.at))
         best = max(filter(None, (best, fresh, found)), key=lambda h: h.log_z)
         if found.log_z < fresh.log_z + _SETTLED:
