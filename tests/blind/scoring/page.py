@@ -1,6 +1,7 @@
 """docs/results/blind.md from the results: everything on it is counted from files of the study, nothing is written by hand.
 
-Beside the search stands an earlier one on the same cases, where its results lie in `gates` beside those of the study.
+The numbers are those of the version that ran last. Beside them stand the search by gates and the version that was compared with it, on the
+cases that both have, where results lie in `gates` beside those of the study.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 
 from tests.blind.baselines import METHODS
 from tests.blind.cases import Case
-from tests.blind.result_file import results
+from tests.blind.result_file import of_last_version, results
 from tests.blind.scoring import paired, reliability
 from tests.blind.scoring.asked import demands
 from tests.blind.scoring.pictures import confusion, power
@@ -32,7 +33,7 @@ Results = Mapping[str, Mapping[str, Any]]
 
 def write_page(study: Path, docs: Path = DOCS) -> None:
     """Score and write. To do that opens the seal."""
-    cases, found, earlier = unseal(study), results(study), study.with_name(EARLIER)
+    cases, found, earlier = unseal(study), of_last_version(results(study)), study.with_name(EARLIER)
     scores = [score(case, found[case.name]) for case in cases if case.name in found]
     for draw, name in ((confusion, "confusion"), (power, "power")):
         draw(scores, docs / "pictures" / f"blind_{name}.png")
@@ -98,14 +99,14 @@ def _beside(study: Path, earlier: Path, cases: Sequence[Case]) -> str:
     common = [case for case in cases if all(case.name in own for own in found)]
     asked = [demands([score(case, own[case.name]) for case in common], own) for own in found]
     both = [(text, limit, seen, other) for (text, limit, seen), (_, _, other) in zip(*asked, strict=True)]
-    commits = ", ".join(sorted({str(r["commit"]) for r in found[0].values()}))
+    gates, evidence = (", ".join(sorted({str(own[case.name]["commit"]) for case in common})) for own in found)
     said = f"""## Beside the search before
 
-A search by gates of the hold-out ({commits}) ran {len(common)} of these cases. What would decide between the two
-was [declared before](../../tests/blind/study/README.md) either was scored; the search by gates is gone since.
-A: gates, B: this search.
+A search by gates of the hold-out ({gates}) and one by evidence ({evidence}) ran {len(common)} of these cases. What
+would decide between the two was [declared before](../../tests/blind/study/README.md) either was scored; the
+search by gates is gone since. A: gates, B: evidence.
 """
-    return "\n".join([said, *paired.table(paired.pairs(earlier, study)), "", table(("", "asked", "gates", "this search"), both)])
+    return "\n".join([said, *paired.table(paired.pairs(earlier, study)), "", table(("", "asked", "gates", "evidence"), both)])
 
 
 def _resolved(cases: Sequence[Case], results: Mapping[str, Mapping[str, Any]]) -> Share:

@@ -32,7 +32,14 @@ def result(case: Case, verdict: str, *names: tuple[str, float, float]) -> dict[s
          "parameters": {"friction": {"value": value, "unit": "N*m", "ci95": [value - 1.0, value + 1.0]}}}
         for effect, value, p in names
     ]  # fmt: skip
-    rest = {"resolved": None, "commit": "abc1234", "date": "2026-11-25 20:00", "processor_s": 60.0, "gap": {"holdout_after": 1.0}}
+    rest = {
+        "resolved": None,
+        "commit": "abc1234",
+        "finder": "f00d",
+        "date": "2026-11-25 20:00",
+        "processor_s": 60.0,
+        "gap": {"holdout_after": 1.0},
+    }
     return rest | {"name": case.name, "verdict": verdict, "findings": found}
 
 
