@@ -42,25 +42,41 @@ class Shares:
         return found
 
 
-def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] | None = None) -> Shares:
+def shares(
+    search: EvidenceSearch,
+    judged: Mapping[frozenset[str], Hypothesis] | None = None,
+    beside: Mapping[frozenset[str], Hypothesis] | None = None,
+) -> Shares:
     """Over all sets met, those that only wait with what they promise, which is as far below the best set in every window: nothing is known
     of single ones. `judged`: sets fitted to all logs, the best set among them; the others are taken to gain with the hold-out what that
-    one does."""
+    one does. `beside`: some of these fitted beside another linearisation of what is integrated out (judge.beside_top); shares are then the
+    mean of both, since neither is the right one."""
+    every = _weights(search)
+    if judged:
+        usual = judged[search.best.labels]
+        every = {labels: _gaining(weight, search.best, usual) for labels, weight in every.items()}
+        every |= {labels: search.weight(h) for labels, h in judged.items()}
+    of_set = dict(zip(every, bootstrapped(list(every.values())), strict=True))
+    if not judged or not beside:
+        return Shares(of_set)
+    one = max(beside, key=lambda labels: of_set[labels])
+    moved = {labels: _gaining(weight, judged[one], beside[one]) for labels, weight in every.items()}
+    moved |= {labels: search.weight(h) for labels, h in beside.items()}
+    return Shares({labels: 0.5 * (of_set[labels] + share) for labels, share in zip(moved, bootstrapped(list(moved.values())), strict=True)})
+
+
+def _weights(search: EvidenceSearch) -> dict[frozenset[str], Weight]:
+    """By the logs that are fitted."""
     found = {h.labels: search.weight(h) for h in search.fitted}
     promised: dict[frozenset[str], Weight] = {}
     for waiting in sorted(search.waiting, key=search.log_hope):
         if waiting.labels not in found:
             promised[waiting.labels] = replace(found[search.best.labels], log_mass=search.log_hope(waiting))
-    every = found | promised
-    if judged:
-        usual = judged[search.best.labels]
-        every = {labels: _with_hold_out(weight, usual, search.best) for labels, weight in every.items()}
-        every |= {labels: search.weight(h) for labels, h in judged.items()}
-    return Shares(dict(zip(every, bootstrapped(list(every.values())), strict=True)))
+    return found | promised
 
 
-def _with_hold_out(weight: Weight, judged: Hypothesis, fitted: Hypothesis) -> Weight:
-    """The weight that a set would have, did the other logs say of it what they say of another one."""
-    gained = judged.windows.copy()
-    gained[: len(fitted.windows)] += weight.windows - fitted.windows
-    return Weight(weight.log_mass + judged.log_z - fitted.log_z, gained)
+def _gaining(weight: Weight, before: Hypothesis, after: Hypothesis) -> Weight:
+    """The weight that a set would have, did more logs, or another linearisation, say of it what they say of another one."""
+    windows = after.windows.copy()
+    windows[: len(before.windows)] += weight.windows - before.windows
+    return Weight(weight.log_mass + after.log_z - before.log_z, windows)

@@ -25,17 +25,13 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Found:
     return find(emps_logs.frictionless(folder), [fit_log], [holdout], folder / "out", lambda line: None, settings)
 
 
-def test_both_frictions_are_confirmed_and_nothing_else(found: Found) -> None:
-    assert [f["effect"] for f in found.content["findings"] if f["confirmed"]] == ["coulomb_friction", "asymmetric_friction"]
+def test_both_frictions_are_confirmed_then_nothing_more(found: Found) -> None:
+    assert [f["effect"] for f in found.content["findings"]] == ["coulomb_friction", "asymmetric_friction"]
+    assert all(f["confirmed"] for f in found.content["findings"])
     assert found.content["findings"][0]["parameters"]["friction"]["fit_logs"]["value"] == pytest.approx(20.39, rel=0.06)
 
 
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="valve_hysteresis 0.0020 with a probability of 0.55; see the roadmap")
-def test_then_nothing_more(found: Found) -> None:
-    assert [f["effect"] for f in found.content["findings"]] == ["coulomb_friction", "asymmetric_friction"]
-
-
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="27.3 µm, with the two names alone 27.2; see the roadmap")
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="27.2 µm; see the roadmap")
 def test_the_hold_out_error_as_the_reference_counts_it(found: Found) -> None:
     errors = np.concatenate([(e.experiment.measured - e.readings)[:, :, 0] for e in found.final])
     assert np.sqrt(np.mean(detrend(errors, axis=1) ** 2)) <= 26e-6
