@@ -9,7 +9,7 @@ import numpy as np
 
 from config.readable import probability
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
+from gap.evidence.deciding_numbers import CONFIRMED, DOUBTFUL, NEGLIGIBLE
 from gap.evidence.judgement.judge import beside_top, ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
 from gap.evidence.judgement.posterior import Shares, shares
 from gap.evidence.judgement.preference import Preference, preferences
@@ -17,7 +17,6 @@ from gap.evidence.judgement.votes import Ballot, Votes
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
 
-_DOUBTFUL = (1.0 - CONFIRMED) ** 2  # share from which a set is looked at twice, lest a name be sure by the luck of one linearisation
 _ONLY_HELD_OUT = "The fit logs leave no more than that: fit the hold-out too, and hold out another log."
 
 
@@ -109,7 +108,7 @@ def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypoth
 def _weighed_twice(search: EvidenceSearch, judges: Seen, by_set: Mapping[frozenset[str], Hypothesis]) -> Shares:
     """Shares of all logs; where more than one set may be right, also beside what is integrated out about the best of them."""
     found = shares(search, by_set)
-    unsure = [h for labels, h in by_set.items() if found.of_set[labels] >= _DOUBTFUL]
+    unsure = [h for labels, h in by_set.items() if found.of_set[labels] >= DOUBTFUL]
     if len(unsure) < 2:
         return found
     return shares(search, by_set, beside_top(search.seen, judges, unsure, max(unsure, key=search.log_mass)))
