@@ -128,7 +128,7 @@ def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]
             found, gained = (tried, there - phi), gain
         elif found is not None:
             break
-    return (None if found is None else _followed(seen, point, *found)), gained
+    return (None if found is None else _followed(seen, point, *found, at.precision)), gained
 
 
 def _moved(seen: Seen, point: Point, phi: Array) -> Point:
@@ -137,16 +137,18 @@ def _moved(seen: Seen, point: Point, phi: Array) -> Point:
     return replace(point, model=model, readings=seen.readings(model))
 
 
-def _followed(seen: Seen, point: Point, further: Point, step: Array) -> Point:
+def _followed(seen: Seen, point: Point, further: Point, step: Array, precision: Array) -> Point:
     """`further`, a step from the point, with Broyden's update: the sensitivities that would have predicted the step, and else changed
-    least."""
-    length = float(step @ step)
-    if length == 0.0:
+    least, as the posterior measures that. (By plain length, what a short step has missed would look like knowledge along directions of
+    which the logs say little.)"""
+    along = precision @ step
+    energy = float(step @ along)
+    if energy == 0.0:
         return further
     found = []
     for jacobian, old, new in zip(point.jacobian, seen.left(point.readings), seen.left(further.readings), strict=True):
         missed = old - new - np.tensordot(step, jacobian, 1)
-        found.append(jacobian + step[:, None, None, None] * (missed / length))
+        found.append(jacobian + (along / energy)[:, None, None, None] * missed)
     return replace(further, jacobian=tuple(found))
 
 

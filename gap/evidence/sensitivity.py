@@ -23,7 +23,7 @@ from gap.evidence.score.prior import prior_of
 from gap.fitting.fit import INVISIBLE
 
 _REACH = 3.0  # posterior standard deviations of a move: at 1, events make the posterior narrower at every renewal
-_WIDEST = 1.0  # prior standard deviations of it at most
+_WIDEST = 3.0  # prior standard deviations of it at most
 _NOTHING = 1e-2  # of a prior's precision, what logs say of an axis that is not looked at again
 _NARROWEST = 1e-3  # of a number at the end of its range
 
@@ -33,26 +33,40 @@ Numbers = NDArray[np.int64]
 def renewed(seen: Seen, point: Point) -> Point:
     """The point with its sensitivities taken anew where they show: along the posterior's axes, both ways; of numbers near the end of their
     range by themselves, away from it."""
+    return replace(point, jacobian=_taken(seen, point, seen, point))
+
+
+def carried_over(seen: Seen, point: Point, other: Seen) -> Point:
+    """The point's model on other logs, all sensitivities taken there, as far as the fitted ones know its numbers."""
+    readings = other.readings(point.model)
+    nothing = tuple(np.zeros((len(point.model.free), *r.shape)) for r in readings)
+    there = Point(point.model, readings, nothing, replace(point.discrepancy, times=()))
+    return replace(there, jacobian=_taken(seen, point, other, there))
+
+
+def _taken(seen: Seen, point: Point, logs: Seen, there: Point) -> tuple[Array, ...]:
+    """d readings / dφ of a point on some logs, `there`: as it is on them; moved as far as what was `seen` knows."""
     precision, phi, prior = posterior(seen, point).precision, phi_of(point.model), prior_of(point.model)
     reach = np.minimum(_REACH * np.sqrt(np.diag(np.linalg.inv(precision))), _WIDEST)
-    shown = _shown(point)
     inside = (phi - prior.low > reach) & (prior.high - phi > reach)
+    again = point is there  # else nothing is known on those logs
+    shown = _shown(point) if again else np.ones(len(phi), dtype=bool)
     alone, free = np.flatnonzero(shown & ~inside), np.flatnonzero(shown & inside)
-    by_number = slopes(point.model, seen.experiments, list(alone), point.readings, np.maximum(reach, _NARROWEST)[alone])
-    by_axis = _along_axes(seen.experiments, point, precision, free)
+    by_number = slopes(point.model, logs.experiments, list(alone), there.readings, np.maximum(reach, _NARROWEST)[alone])
+    by_axis = _along_axes(logs.experiments, there, precision, free, 1.0 + _NOTHING if again else 0.0)
     jacobian = []
-    for e, old, own, others in zip(seen.experiments, point.jacobian, by_number, by_axis, strict=True):
+    for e, old, own, others in zip(logs.experiments, there.jacobian, by_number, by_axis, strict=True):
         new = old.copy()
         new[alone], new[free] = in_noise(e, own), in_noise(e, others)
         jacobian.append(new)
-    return replace(point, jacobian=tuple(jacobian))
+    return tuple(jacobian)
 
 
-def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Array, free: Numbers) -> list[Array]:
-    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior; along those of which the logs say nothing they
-    stay as they were."""
+def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Array, free: Numbers, least: float) -> list[Array]:
+    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior; along those less stiff than `least` they stay
+    as they were."""
     stiffness, axes = np.linalg.eigh(precision[np.ix_(free, free)])
-    told = stiffness > 1.0 + _NOTHING
+    told = stiffness > least
     lengths = np.minimum(_REACH / np.sqrt(stiffness[told]), _WIDEST)
     moves = np.zeros((int(told.sum()), len(precision)))
     moves[:, free] = (axes[:, told] * lengths).T

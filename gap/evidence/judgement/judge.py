@@ -15,15 +15,16 @@ from dataclasses import replace
 import numpy as np
 
 from gap.evidence.noise.discrepancy_search import on_other_logs
-from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, point_of, with_columns
+from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Seen, about, rediscovered, reweighed
+from gap.evidence.sensitivity import carried_over
 
 
 def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
     """The set fitted on with the hold-out beside the fitted logs; its windows are those of the fitted logs, then those of the hold-out.
     `held`: the logs that judge, with what is integrated out there the same for every set."""
-    at, there, both = hypothesis.at, point_of(held, hypothesis.model, hypothesis.at.discrepancy), together(seen, held)
+    at, there, both = hypothesis.at, carried_over(seen, hypothesis.at, held), together(seen, held)
     readings, jacobian = at.readings + there.readings, at.jacobian + there.jacobian
     point = replace(at, readings=readings, jacobian=jacobian, discrepancy=replace(at.discrepancy, times=()))
     point = replace(point, discrepancy=rediscovered(both, point, None, False))

@@ -88,7 +88,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
 
 
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:
-    """Sets fitted to all logs, small ones first; where more than one may still be right, those to their end."""
+    """Sets fitted to all logs, small ones first; those that may be right to their end, with intervals that stand on it."""
     by_set: dict[frozenset[str], Hypothesis] = {}
     for hypothesis in sorted(asked(search), key=lambda h: len(h.labels)):
         done = on_all_logs(search.seen, hypothesis, judges)
@@ -100,8 +100,6 @@ def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypoth
         by_set[part.labels] = led_by(search.seen, part, top, judges)
     found = shares(search, by_set)
     likely = [labels for labels in by_set if found.of_set[labels] >= 1.0 - CONFIRMED]
-    if len(likely) < 2:
-        return by_set
     return by_set | {labels: ended_on_all_logs(search.seen, by_set[labels], judges) for labels in likely}
 
 
