@@ -103,19 +103,20 @@ class _Descent:
         gain = self.objective - reached
         relative = gain / max(self.objective, 1e-12)
         self.taken = (model.theta - self.model.theta) / self.model.scales
-        self._follow(self.taken, now)
+        self._follow(self.taken, now, normal)
         self.model, self.now = model, now
         self._weigh()
         return relative, gain > HALF * promised
 
-    def _follow(self, step: Array, now: Sequence[Evaluation]) -> None:
-        """Broyden's update: the columns that would have predicted this step, and else changed least."""
-        length = float(step @ step)
-        if length == 0.0:
+    def _follow(self, step: Array, now: Sequence[Evaluation], normal: Array) -> None:
+        """Broyden's update: the columns that would have predicted this step, and else changed least, as the posterior measures that."""
+        along = normal @ step
+        energy = float(step @ along)
+        if energy <= 0.0:
             return
         for columns, old, new in zip(self.columns, self.now, now, strict=True):
             missed = old.left - new.left - np.tensordot(step, columns, 1)
-            columns += step[:, None, None] * (missed / length)
+            columns += (along / energy)[:, None, None] * missed
 
 
 def covariance(done: Fit, costs: Costing) -> Array:
