@@ -20,4 +20,3 @@ ALIKE_MASS = 0.95  # of the posterior at one place that the look-alikes named ho
 CONFIRMED = 0.99  # probability from which a name is confirmed; a discrepancy beyond what so many honest models leave is unexplained
 
 NEGLIGIBLE = log(1.0 - ALIKE_MASS)  # of a set's ln Z beside the best one's: such a set is not worth a fit, and one window brings none there
-DOUBTFUL = (1.0 - CONFIRMED) ** 2  # share from which a set is looked at twice, lest a name be sure by the luck of one linearisation

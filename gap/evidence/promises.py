@@ -22,7 +22,7 @@ from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
 from gap.suspects.candidates import Candidate
 
-_FOLLOWED = 6  # best promises of a screening that are followed along straight lines
+_FOLLOWED = 8  # best promises of a screening that are followed along straight lines
 
 
 def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:

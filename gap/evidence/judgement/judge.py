@@ -9,7 +9,6 @@ curved the way there is. Held-out logs choose nothing: no set is proposed for wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from gap.evidence.noise.discrepancy_search import on_other_logs
 from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.coordinates import of_other_priors
-from gap.evidence.score.hypothesis import Hypothesis, Seen, about, rediscovered, reweighed
+from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 from gap.evidence.sensitivity import carried_over
 
 
@@ -49,14 +48,6 @@ def led_by(seen: Seen, judged: Hypothesis, other: Hypothesis, held: Seen) -> Hyp
 def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
     """What `on_all_logs` gave, with sensitivities of its own there: between sets of which either may be right, the way must not decide."""
     return finished(together(seen, held), judged.suspects, judged.at, FEW_PASSES)
-
-
-def beside_top(seen: Seen, held: Seen, judged: Sequence[Hypothesis], top: Hypothesis) -> dict[frozenset[str], Hypothesis]:
-    """Sets on all logs, fitted on beside what is integrated out as it is about `top`, the best of them. Σ is linearised, before that about
-    the constants of the fit logs; which set is better off with its errors is luck, and worth ten of ln Z either way."""
-    both = together(seen, held)
-    there = about(both.experiments, both.scales, top.model, both.counts)
-    return {h.labels: finished(there, h.suspects, reweighed(there, h).at, 1) for h in judged}
 
 
 def together(seen: Seen, held: Seen) -> Seen:

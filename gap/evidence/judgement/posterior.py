@@ -42,27 +42,16 @@ class Shares:
         return found
 
 
-def shares(
-    search: EvidenceSearch,
-    judged: Mapping[frozenset[str], Hypothesis] | None = None,
-    beside: Mapping[frozenset[str], Hypothesis] | None = None,
-) -> Shares:
+def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] | None = None) -> Shares:
     """Over all sets met, those that only wait with what they promise, which is as far below the best set in every window: nothing is known
     of single ones. `judged`: sets fitted to all logs, the best set among them; the others are taken to gain with the hold-out what that
-    one does. `beside`: some of these fitted beside another linearisation of what is integrated out (judge.beside_top); shares are then the
-    mean of both, since neither is the right one."""
+    one does."""
     every = _weights(search)
     if judged:
         usual = judged[search.best.labels]
         every = {labels: _gaining(weight, search.best, usual) for labels, weight in every.items()}
         every |= {labels: search.weight(h) for labels, h in judged.items()}
-    of_set = dict(zip(every, bootstrapped(list(every.values())), strict=True))
-    if not judged or not beside:
-        return Shares(of_set)
-    one = max(beside, key=lambda labels: of_set[labels])
-    moved = {labels: _gaining(weight, judged[one], beside[one]) for labels, weight in every.items()}
-    moved |= {labels: search.weight(h) for labels, h in beside.items()}
-    return Shares({labels: 0.5 * (of_set[labels] + share) for labels, share in zip(moved, bootstrapped(list(moved.values())), strict=True)})
+    return Shares(dict(zip(every, bootstrapped(list(every.values())), strict=True)))
 
 
 def _weights(search: EvidenceSearch) -> dict[frozenset[str], Weight]:
@@ -76,7 +65,7 @@ def _weights(search: EvidenceSearch) -> dict[frozenset[str], Weight]:
 
 
 def _gaining(weight: Weight, before: Hypothesis, after: Hypothesis) -> Weight:
-    """The weight that a set would have, did more logs, or another linearisation, say of it what they say of another one."""
+    """The weight that a set would have, did more logs say of it what they say of another one."""
     windows = after.windows.copy()
     windows[: len(before.windows)] += weight.windows - before.windows
     return Weight(weight.log_mass + after.log_z - before.log_z, windows)

@@ -9,8 +9,8 @@ import numpy as np
 
 from config.readable import probability
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import CONFIRMED, DOUBTFUL, NEGLIGIBLE
-from gap.evidence.judgement.judge import beside_top, ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
+from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
+from gap.evidence.judgement.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
 from gap.evidence.judgement.posterior import Shares, shares
 from gap.evidence.judgement.preference import Preference, preferences
 from gap.evidence.judgement.votes import Ballot, Votes
@@ -65,7 +65,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
     judges = about(held, search.seen.scales, search.seen.model, search.seen.counts)
     by_set = _judged(search, judges)
-    found = _weighed_twice(search, judges, by_set)
+    found = shares(search, by_set)
     named = [h for h in search.fitted if h.labels in by_set and h.suspects]
     chosen = search.null if found.none >= 0.5 or not named else max(named, key=lambda h: found.of_set[h.labels])
     judged = {
@@ -101,15 +101,6 @@ def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypoth
     found = shares(search, by_set)
     likely = [labels for labels in by_set if found.of_set[labels] >= 1.0 - CONFIRMED]
     return by_set | {labels: ended_on_all_logs(search.seen, by_set[labels], judges) for labels in likely}
-
-
-def _weighed_twice(search: EvidenceSearch, judges: Seen, by_set: Mapping[frozenset[str], Hypothesis]) -> Shares:
-    """Shares of all logs; where more than one set may be right, also beside what is integrated out about the best of them."""
-    found = shares(search, by_set)
-    unsure = [h for labels, h in by_set.items() if found.of_set[labels] >= DOUBTFUL]
-    if len(unsure) < 2:
-        return found
-    return shares(search, by_set, beside_top(search.seen, judges, unsure, max(unsure, key=search.log_mass)))
 
 
 def asked(search: EvidenceSearch) -> list[Hypothesis]:

@@ -1,4 +1,4 @@
-"""Shares of sets that were looked at beside two linearisations: the mean of both, and what is sure beside both stays sure."""
+"""Shares of sets, those fitted to all logs and those that were not."""
 
 from __future__ import annotations
 
@@ -33,21 +33,17 @@ def odds(difference: float) -> float:
     return 1.0 / (1.0 + np.exp(-difference))
 
 
-@pytest.mark.parametrize(("once", "again"), [(2.5, -2.0), (1.0, 1.0), (-1.5, 2.5)])
-def test_two_linearisations_have_equal_say(once: float, again: float) -> None:
+@pytest.mark.parametrize("gained", [2.5, 1.0, -1.5])
+def test_shares_are_those_of_all_logs(gained: float) -> None:
     search = a_search(none=-20.0, named=-19.0)
-    judged = {NONE: fitted(NONE, -50.0), NAMED: fitted(NAMED, -50.0 + once)}
-    beside = {NONE: fitted(NONE, -70.0), NAMED: fitted(NAMED, -70.0 + again)}
-    assert shares(search, judged).of("stiction at x") == pytest.approx(odds(once), abs=0.02)
-    assert shares(search, judged, beside).of("stiction at x") == pytest.approx(0.5 * (odds(once) + odds(again)), abs=0.02)
+    judged = {NONE: fitted(NONE, -50.0), NAMED: fitted(NAMED, -50.0 + gained)}
+    assert shares(search, judged).of("stiction at x") == pytest.approx(odds(gained), abs=0.02)
 
 
-def test_what_was_not_looked_at_again_keeps_its_distance() -> None:
-    """Whatever the other linearisation does to all sets alike changes no share."""
+def test_a_set_that_the_hold_out_was_not_asked_about_gains_with_it_what_the_best_one_does() -> None:
     search = a_search(none=-20.0, named=-18.0, other=-19.0)
-    judged = {NONE: fitted(NONE, -50.0), NAMED: fitted(NAMED, -48.0)}
-    beside = {NONE: fitted(NONE, -90.0), NAMED: fitted(NAMED, -88.0)}
-    once, twice = shares(search, judged), shares(search, judged, beside)
+    once, far = (shares(search, {NONE: fitted(NONE, -50.0 + z), NAMED: fitted(NAMED, -48.0 + z)}) for z in (0.0, -40.0))
     for labels in (NONE, NAMED, OTHER):
-        assert twice.of_set[labels] == pytest.approx(once.of_set[labels], abs=1e-9)
-    assert sum(twice.of_set.values()) == pytest.approx(1.0)
+        assert far.of_set[labels] == pytest.approx(once.of_set[labels], abs=1e-9)
+    assert once.of_set[OTHER] / once.of_set[NAMED] == pytest.approx(np.exp(-1.0), abs=0.03)
+    assert sum(once.of_set.values()) == pytest.approx(1.0)
