@@ -59,16 +59,7 @@ def test_coulomb_and_asymmetric_friction_are_named_and_the_gap_closes(found: dic
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "offset",
-    [
-        WITHOUT_OFFSET,
-        pytest.param(
-            WITH_OFFSET,
-            marks=pytest.mark.xfail(strict=True, raises=AssertionError, reason="-77.8 N s/m, 5.5 % off; see the roadmap"),
-        ),
-    ],
-)
+@pytest.mark.parametrize("offset", [WITHOUT_OFFSET, WITH_OFFSET])
 def test_the_fit_log_has_both_numbers_within_five_per_cent_of_the_authors(found: dict[str, Path], offset: str) -> None:
     """And both names are confirmed."""
     friction = parameter(found[offset], "coulomb_friction", "friction")

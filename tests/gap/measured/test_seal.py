@@ -31,6 +31,7 @@ def test_in_the_middle_of_the_stroke_the_friction_is_coulomb_friction(tmp_path: 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
+@pytest.mark.xfail(strict=True, raises=KeyError, reason="viscous friction (0.98) instead of Coulomb friction; see the roadmap")
 def test_friction_grows_with_pressure_where_the_fit_logs_span_it(tmp_path: Path) -> None:
     """Fitted at 1 and 7 bar, decided at 3 and 5. (At 3 and 5 bar alone friction differs by a quarter, and one name is enough.)"""
     fit = measured_logs.logs(tmp_path, DATA, "seal_rig", [f"O-ring_{bar}bar" for bar in (1, 7)])
