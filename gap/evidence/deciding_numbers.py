@@ -1,5 +1,5 @@
 """Every number that decides in the search by evidence, with its meaning. HONEST is what simulated machines without a missing effect leave,
-OTHER_FORM a first guess; COUNT and FORM_COUNT were chosen on measured data and on a few of those machines (docs/decisions/gap/0021 and
+OTHER_FORM a first guess; COUNT and FORM_COUNT were chosen on measured data and on a few of those machines (docs/decisions/score/0021 and
 0027)."""
 
 from __future__ import annotations

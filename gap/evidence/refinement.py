@@ -19,6 +19,7 @@ from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Su
 from gap.evidence.score.prior import prior_of
 from gap.evidence.sensitivity import renewed
 from gap.fitting.model import Model
+from gap.fitting.sensitivity import shares_of_missed
 
 _STEPS = 12  # Gauss-Newton steps of one fit
 _DAMPINGS = (0.0, 1.0, 10.0, 1e2, 1e3, 1e4)  # Levenberg-Marquardt, times the prior's precision: until ln p gains less by one
@@ -28,7 +29,7 @@ _MAGNITUDES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # in standard deviations of the
 _SETTLED = 0.5  # of ln Z: a descent with fresh sensitivities that gains less was the last
 
 
-def point_of(seen: Seen, model: Model, discrepancy: Discrepancy, known: Sequence[Array] = ()) -> Point:
+def _point_of(seen: Seen, model: Model, discrepancy: Discrepancy, known: Sequence[Array] = ()) -> Point:
     """A model as it stands, with a discrepancy. `known`: sensitivities of its first numbers, one Jacobian a log; the others are taken."""
     readings = seen.readings(model)
     new = range(known[0].shape[0] if known else 0, len(model.free))
@@ -40,12 +41,12 @@ def point_of(seen: Seen, model: Model, discrepancy: Discrepancy, known: Sequence
 
 def opened(seen: Seen, model: Model, discrepancy: Discrepancy) -> Point:
     """A model as it stands, all sensitivities taken."""
-    return _with_discrepancy(seen, point_of(seen, model, discrepancy), False)
+    return _with_discrepancy(seen, _point_of(seen, model, discrepancy), False)
 
 
 def with_columns(seen: Seen, model: Model, known: Sequence[Array], discrepancy: Discrepancy) -> Point:
     """The same with the first numbers' sensitivities known: `known`, one Jacobian a log. Only those of the other numbers are taken."""
-    return _with_discrepancy(seen, point_of(seen, model, discrepancy, known), True)
+    return _with_discrepancy(seen, _point_of(seen, model, discrepancy, known), True)
 
 
 def descended(seen: Seen, point: Point) -> Point:
@@ -141,14 +142,10 @@ def _followed(seen: Seen, point: Point, further: Point, step: Array, precision: 
     """`further`, a step from the point, with Broyden's update: the sensitivities that would have predicted the step, and else changed
     least, as the posterior measures that. (By plain length, what a short step has missed would look like knowledge along directions of
     which the logs say little.)"""
-    along = precision @ step
-    energy = float(step @ along)
-    if energy == 0.0:
-        return further
-    found = []
+    shares, found = shares_of_missed(step, precision), []
     for jacobian, old, new in zip(point.jacobian, seen.left(point.readings), seen.left(further.readings), strict=True):
         missed = old - new - np.tensordot(step, jacobian, 1)
-        found.append(jacobian + (along / energy)[:, None, None, None] * missed)
+        found.append(jacobian + shares[:, None, None, None] * missed)
     return replace(further, jacobian=tuple(found))
 
 

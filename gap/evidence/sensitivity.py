@@ -33,7 +33,7 @@ Numbers = NDArray[np.int64]
 def renewed(seen: Seen, point: Point) -> Point:
     """The point with its sensitivities taken anew where they show: along the posterior's axes, both ways; of numbers near the end of their
     range by themselves, away from it."""
-    return replace(point, jacobian=_taken(seen, point, seen, point))
+    return replace(point, jacobian=_taken(seen, point, seen, point, _shown(point), 1.0 + _NOTHING))
 
 
 def carried_over(seen: Seen, point: Point, other: Seen) -> Point:
@@ -41,19 +41,18 @@ def carried_over(seen: Seen, point: Point, other: Seen) -> Point:
     readings = other.readings(point.model)
     nothing = tuple(np.zeros((len(point.model.free), *r.shape)) for r in readings)
     there = Point(point.model, readings, nothing, replace(point.discrepancy, times=()))
-    return replace(there, jacobian=_taken(seen, point, other, there))
+    return replace(there, jacobian=_taken(seen, point, other, there, np.ones(len(point.model.free), dtype=bool), 0.0))
 
 
-def _taken(seen: Seen, point: Point, logs: Seen, there: Point) -> tuple[Array, ...]:
-    """d readings / dφ of a point on some logs, `there`: as it is on them; moved as far as what was `seen` knows."""
+def _taken(seen: Seen, point: Point, logs: Seen, there: Point, shown: NDArray[np.bool_], least: float) -> tuple[Array, ...]:
+    """d readings / dφ of a point on some logs, `there`: as it is on them; moved as far as what was `seen` knows. Of numbers that are not
+    `shown`, and along axes less stiff than `least`, they stay as they are there."""
     precision, phi, prior = posterior(seen, point).precision, phi_of(point.model), prior_of(point.model)
     reach = np.minimum(_REACH * np.sqrt(np.diag(np.linalg.inv(precision))), _WIDEST)
     inside = (phi - prior.low > reach) & (prior.high - phi > reach)
-    again = point is there  # else nothing is known on those logs
-    shown = _shown(point) if again else np.ones(len(phi), dtype=bool)
     alone, free = np.flatnonzero(shown & ~inside), np.flatnonzero(shown & inside)
     by_number = slopes(point.model, logs.experiments, list(alone), there.readings, np.maximum(reach, _NARROWEST)[alone])
-    by_axis = _along_axes(logs.experiments, there, precision, free, 1.0 + _NOTHING if again else 0.0)
+    by_axis = _along_axes(logs.experiments, there, precision, free, least)
     jacobian = []
     for e, old, own, others in zip(logs.experiments, there.jacobian, by_number, by_axis, strict=True):
         new = old.copy()

@@ -15,7 +15,7 @@ from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, limits, mean_cost, rho
 from gap.fitting.model import Model
-from gap.fitting.sensitivity import projected, sensitivities
+from gap.fitting.sensitivity import projected, sensitivities, shares_of_missed
 from gap.fitting.simulate import simulate
 
 _DAMPINGS = (0.0, 0.1, 3.0)
@@ -109,14 +109,11 @@ class _Descent:
         return relative, gain > HALF * promised
 
     def _follow(self, step: Array, now: Sequence[Evaluation], normal: Array) -> None:
-        """Broyden's update: the columns that would have predicted this step, and else changed least, as the posterior measures that."""
-        along = normal @ step
-        energy = float(step @ along)
-        if energy <= 0.0:
-            return
+        """The columns that would have predicted this step, and else changed least, as the posterior measures that."""
+        shares = shares_of_missed(step, normal)
         for columns, old, new in zip(self.columns, self.now, now, strict=True):
             missed = old.left - new.left - np.tensordot(step, columns, 1)
-            columns += (along / energy)[:, None, None] * missed
+            columns += shares[:, None, None] * missed
 
 
 def covariance(done: Fit, costs: Costing) -> Array:

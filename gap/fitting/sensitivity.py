@@ -40,6 +40,14 @@ def sensitivities(
     return found
 
 
+def shares_of_missed(step: Array, metric: Array) -> Array:
+    """Broyden's update (Math. of Computation 19, 1965): by how much of what a step has missed each number's sensitivity changes,
+    so that all would have predicted it and change least in a metric (numbers × numbers); 0 where that sees no step."""
+    along = metric @ step
+    energy = float(step @ along)
+    return np.asarray(along / energy) if energy > 0.0 else np.zeros(len(step))
+
+
 def projected(evaluation: Evaluation, columns: Array) -> Array:
     """Columns of a Jacobian in noise units with the initial states taken out: numbers × windows × values+states."""
     experiment = evaluation.experiment

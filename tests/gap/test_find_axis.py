@@ -80,13 +80,22 @@ def test_a_delayed_encoder_is_named(tmp_path: Path) -> None:
     assert "coulomb_friction" not in named
 
 
+@pytest.fixture(scope="module")
+def heavier(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    truth = axis_logs.axis_text().replace("mass: 95.1089 kg", "mass: 102.24 kg")
+    return search(tmp_path_factory.mktemp("heavier"), axis_logs.axis_text(), truth)
+
+
+@pytest.mark.slow
+def test_a_mass_far_from_its_prior_has_no_sure_name(heavier: dict[str, Any]) -> None:
+    (found,) = heavier["findings"]
+    assert not found["confirmed"]
+    assert heavier["gap"]["holdout_after"] <= 1.2
+
+
 @pytest.mark.slow
 @pytest.mark.xfail(strict=True, raises=AssertionError, reason="a scale alone (0.53): the fit with inertia ends short; see the roadmap")
-def test_a_mass_far_from_its_prior_is_one_of_several_that_move_alike(tmp_path: Path) -> None:
+def test_a_mass_far_from_its_prior_is_one_of_several_that_move_alike(heavier: dict[str, Any]) -> None:
     """The tag [B] grants 2 % of the mass, not 7.5 %: more inertia, or an encoder that reads too little with less damping, are as likely."""
-    truth = axis_logs.axis_text().replace("mass: 95.1089 kg", "mass: 102.24 kg")
-    content = search(tmp_path, axis_logs.axis_text(), truth)
-    (found,) = content["findings"]
-    assert not found["confirmed"]
+    (found,) = heavier["findings"]
     assert {"inertia_error", "sensor_scale"} <= {found["effect"], *(other["effect"] for other in found["look_alikes"])}
-    assert content["gap"]["holdout_after"] <= 1.2

@@ -46,7 +46,8 @@ def led_by(seen: Seen, judged: Hypothesis, other: Hypothesis, held: Seen) -> Hyp
 
 
 def ended_on_all_logs(seen: Seen, judged: Hypothesis, held: Seen) -> Hypothesis:
-    """What `on_all_logs` gave, with sensitivities of its own there: between sets of which either may be right, the way must not decide."""
+    """What `on_all_logs` gave, with sensitivities of its own there: its interval is reported, and between sets of which either may be
+    right the way must not decide."""
     return finished(together(seen, held), judged.suspects, judged.at, FEW_PASSES)
 
 

@@ -3,6 +3,7 @@ where friction has another form, or a constant is far off, no name is sure."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.experiments import experiments_of
 from gap.data.measured import load
+from gap.data.windows import Experiment
 from gap.evidence.judgement.posterior import shares
 from gap.evidence.noise.repeated import SLOW, WAYS
 from gap.evidence.noise.unknowns import unknowns_of
@@ -37,9 +39,17 @@ def rig_file() -> LoadedRig:
 
 def opened(folder: Path, loaded: LoadedRig, columns: list[axis_logs.Columns]) -> tuple[EvidenceSearch, list[str]]:
     """The search before its first stage, and the channels; the first log is fitted, the second held out."""
+    search, names, _ = opened_and_held(folder, loaded, columns)
+    return search, names
+
+
+def opened_and_held(
+    folder: Path, loaded: LoadedRig, columns: list[axis_logs.Columns]
+) -> tuple[EvidenceSearch, list[str], Sequence[Experiment]]:
+    """The same, and the log that is held out."""
     logs = [load(axis_logs.write(folder / f"{k}.csv", own), loaded.rig) for k, own in enumerate(columns)]
-    names, few, _ = experiments_of(loaded, logs[:1], logs[1:], Settings())
-    return opening(loaded.rig, nuisances(loaded, frozenset(names)), few, names), names
+    names, few, held = experiments_of(loaded, logs[:1], logs[1:], Settings())
+    return opening(loaded.rig, nuisances(loaded, frozenset(names)), few, names), names, held
 
 
 def searched(search: EvidenceSearch) -> EvidenceSearch:

@@ -7,19 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from gap.data.experiments import experiments_of
-from gap.data.measured import Array, load
+from gap.data.measured import Array
 from gap.evidence.judgement.judge import on_all_logs, together
-from gap.evidence.opening import opening
 from gap.evidence.refinement import finished
 from gap.evidence.score.coordinates import phi_of, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, about, log_density, posterior
 from gap.evidence.score.prior import prior_of
 from gap.evidence.sensitivity import renewed
 from gap.evidence.stages import refitted
-from gap.fitting.nuisance import nuisances
-from gap.settings import Settings
-from tests.gap.evidence.test_effect_free import opened, rig_file
+from tests.gap.evidence.test_effect_free import opened, opened_and_held, rig_file
 from tests.support.gap import axis_logs
 from tests.support.gap.maxwell_axis import maxwell_axis
 
@@ -74,10 +70,8 @@ def spread(seen: Seen, at: Hypothesis) -> Array:
 def test_a_stuck_joint_in_the_hold_out_makes_no_number_surer_than_it_is(tmp_path: Path) -> None:
     """Where a joint sticks and slips, a short move tells of single events: the set on all logs would be ten times too sure of its numbers
     until sensitivities are taken again."""
-    loaded = rig_file()
-    logs = [load(axis_logs.write(tmp_path / f"{k}.csv", maxwell_axis(31 + k, 6.0)), loaded.rig) for k in (0, 1)]
-    names, few, held = experiments_of(loaded, logs[:1], logs[1:], Settings())
-    search = refitted(opening(loaded.rig, nuisances(loaded, frozenset(names)), few, names), lambda line: None)
+    search, _, held = opened_and_held(tmp_path, rig_file(), [maxwell_axis(31 + k, 6.0) for k in (0, 1)])
+    search = refitted(search, lambda line: None)
     judges = about(held, search.seen.scales, search.seen.model, search.seen.counts)
     both, judged = together(search.seen, judges), on_all_logs(search.seen, search.null, judges)
     ended = finished(both, (), judged.at)
