@@ -15,7 +15,7 @@ from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.refinement import bounded
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors, phi_of, theta_of
-from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered
+from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered, window_densities
 from gap.evidence.score.prior import prior_of
 from gap.evidence.screening import Promise
 from gap.fitting.model import Model
@@ -25,11 +25,12 @@ _ROUNDS = 2  # of step and discrepancy
 
 @dataclass(frozen=True, slots=True)
 class StraightFit:
-    """Where straight lines lead, and ln Z there."""
+    """Where straight lines lead, ln Z there, and what every window says of it, as in Hypothesis."""
 
     model: Model
     discrepancy: Discrepancy
     log_z: float
+    windows: Array
 
 
 def followed(seen: Seen, base: Hypothesis, promise: Promise | None = None) -> StraightFit:
@@ -46,7 +47,8 @@ def followed(seen: Seen, base: Hypothesis, promise: Promise | None = None) -> St
         at = posterior(seen, point, left)
         if np.allclose(np.log(point.discrepancy.sd), np.log(before.sd), atol=0.1):
             break
-    return StraightFit(point.model, point.discrepancy, evidence(at, point.model))
+    windows = window_densities(seen, left, point.discrepancy)
+    return StraightFit(point.model, point.discrepancy, evidence(at, point.model), windows)
 
 
 def joined(base: Hypothesis, promise: Promise) -> tuple[Model, tuple[Array, ...]]:

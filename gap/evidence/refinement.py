@@ -18,6 +18,7 @@ from gap.evidence.score.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
 from gap.evidence.score.prior import prior_of
 from gap.evidence.sensitivity import renewed
+from gap.fitting.fit import HALF
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import shares_of_missed
 
@@ -108,28 +109,54 @@ def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
     return replace(point, discrepancy=rediscovered(seen, point, None, near))
 
 
-def _quadratic(seen: Seen, point: Point, readings: Sequence[Array]) -> float:
-    """ζ rᵀ Σ⁻¹ r with Σ as it is."""
-    rows = [r[None] for r in seen.left(readings)]
-    return float(seen.weighed(rows, point.discrepancy).inner[0, 0])
+def _objective(seen: Seen, point: Point) -> float:
+    """ln p(y, φ) with Σ as it is, up to what does not depend on φ."""
+    rows = [r[None] for r in seen.left(point.readings)]
+    return prior_of(point.model).log_density(phi_of(point.model)) - 0.5 * float(seen.weighed(rows, point.discrepancy).inner[0, 0])
 
 
 def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]:
     """The Gauss-Newton step, damped as is best, by which ln p(y, φ) grows with Σ as it is; the point, and by how much. Damping is a
     narrower prior about the point: what the logs hardly know moves farthest, beyond where lines hold, so it is held first."""
-    prior, phi = prior_of(point.model), phi_of(point.model)
-    before = prior.log_density(phi) - 0.5 * _quadratic(seen, point, point.readings)
+    before = _objective(seen, point)
     found, gained = None, 0.0
     for damping in _DAMPINGS:
-        step = bounded(at.precision + damping * np.diag(prior.precision), at.slope, prior.low - phi, prior.high - phi)
-        there = np.clip(phi + step, prior.low, prior.high)
-        tried = _moved(seen, point, there)
-        gain = prior.log_density(phi_of(tried.model)) - 0.5 * _quadratic(seen, tried, tried.readings) - before
+        tried, gain = _tried(seen, point, at, damping, before)
         if np.isfinite(gain) and gain > gained:
-            found, gained = (tried, there - phi), gain
+            found, gained = tried, gain
         elif found is not None:
             break
-    return (None if found is None else _followed(seen, point, *found, at.precision)), gained
+    return (None if found is None else _followed(seen, point, found, at.precision)), gained
+
+
+def _tried(seen: Seen, point: Point, at: Posterior, damping: float, before: float) -> tuple[Point, float]:
+    """A damped step, straight or, where that gains less than half of its promise and it is better, bent; and what it gains."""
+    prior, phi = prior_of(point.model), phi_of(point.model)
+    damped = at.precision + damping * np.diag(prior.precision)
+    step = bounded(damped, at.slope, prior.low - phi, prior.high - phi)
+    straight = _moved(seen, point, np.clip(phi + step, prior.low, prior.high))
+    gain = _objective(seen, straight) - before
+    promised = at.slope @ step - 0.5 * step @ at.precision @ step
+    if not np.isfinite(gain) or gain > HALF * promised:
+        return straight, gain
+    bent = _bent(seen, point, straight, damped)
+    return max((straight, gain), (bent, _objective(seen, bent) - before), key=lambda one: one[1])
+
+
+def _bent(seen: Seen, point: Point, straight: Point, damped: Array) -> Point:
+    """A step that follows a valley's bend: what the straight one has missed, solved for with the same sensitivities and taken off
+    (geodesic acceleration, over the whole step: Transtrum and Sethna 2012, arXiv:1201.5885)."""
+    prior, missed = prior_of(point.model), _missed(seen, point, straight)
+    rows = [np.concatenate((m[None], jacobian)) for m, jacobian in zip(missed, point.jacobian, strict=True)]
+    back = np.linalg.solve(damped, seen.weighed(rows, point.discrepancy).inner[1:, 0])
+    return _moved(seen, point, np.clip(phi_of(straight.model) - back, prior.low, prior.high))
+
+
+def _missed(seen: Seen, point: Point, further: Point) -> list[Array]:
+    """What the point's sensitivities did not predict of the change to another point, log by log, in noise."""
+    step = phi_of(further.model) - phi_of(point.model)
+    lefts = zip(seen.left(point.readings), seen.left(further.readings), point.jacobian, strict=True)
+    return [old - new - np.tensordot(step, jacobian, 1) for old, new, jacobian in lefts]
 
 
 def _moved(seen: Seen, point: Point, phi: Array) -> Point:
@@ -138,14 +165,12 @@ def _moved(seen: Seen, point: Point, phi: Array) -> Point:
     return replace(point, model=model, readings=seen.readings(model))
 
 
-def _followed(seen: Seen, point: Point, further: Point, step: Array, precision: Array) -> Point:
-    """`further`, a step from the point, with Broyden's update: the sensitivities that would have predicted the step, and else changed
-    least, as the posterior measures that. (By plain length, what a short step has missed would look like knowledge along directions of
-    which the logs say little.)"""
-    shares, found = shares_of_missed(step, precision), []
-    for jacobian, old, new in zip(point.jacobian, seen.left(point.readings), seen.left(further.readings), strict=True):
-        missed = old - new - np.tensordot(step, jacobian, 1)
-        found.append(jacobian + shares[:, None, None, None] * missed)
+def _followed(seen: Seen, point: Point, further: Point, precision: Array) -> Point:
+    """A further point with Broyden's update: the sensitivities that would have predicted the step to it, and else changed least, as the
+    posterior measures that. (By plain length, what a short step has missed would look like knowledge along directions of which the logs
+    say little.)"""
+    shares = shares_of_missed(phi_of(further.model) - phi_of(point.model), precision)
+    found = [j + shares[:, None, None, None] * m for j, m in zip(point.jacobian, _missed(seen, point, further), strict=True)]
     return replace(further, jacobian=tuple(found))
 
 

@@ -37,6 +37,12 @@ class Open:
         promised = self.promise.log_z - self.alone[0]
         return max(promised, self.lines.log_z - self.alone[1]) if self.lines else promised
 
+    @property
+    def lines_end_early(self) -> bool:
+        """Whether less is known along the lines than is promised: what they lack of a constant's is no more than their own error, as of
+        inertia beside a mass. It takes sensitivities along the axes of both to go from the one to the other."""
+        return self.lines is not None and self.lines.log_z < self.promise.log_z
+
 
 def at_best(fitted: tuple[Hypothesis, ...], new: Hypothesis) -> tuple[Hypothesis, ...]:
     """Each set once, at its best."""

@@ -14,6 +14,7 @@ from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
+from gap.evidence.sensitivity import renewed
 from gap.fitting.model import Model
 
 Part = tuple[Hypothesis, Hypothesis]  # a set without one of its suspects: where it stands, and fitted from there
@@ -27,7 +28,9 @@ def refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
     suspects = (*base.suspects, promise.suspect)
     known = [of_other_priors(j, base.model, start) for j in base.at.jacobian]
-    done = hypothesis_of(search.seen, suspects, descended(search.seen, with_columns(search.seen, start, known, discrepancy)))
+    there = with_columns(search.seen, start, known, discrepancy)
+    there = renewed(search.seen, there) if chosen.lines_end_early else there
+    done = hypothesis_of(search.seen, suspects, descended(search.seen, there))
     fitted = search.fit_of(base.labels)
     if done.log_z < fitted.log_z and promise.suspect.free:  # lines led astray: from where the base ends, step by step
         done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, fitted, promise))), key=evidence_of)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from gap.evidence.deciding_numbers import ALIKE_MASS
@@ -42,15 +42,18 @@ class Shares:
         return found
 
 
-def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] | None = None) -> Shares:
+def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] | None = None, nested: Sequence[Hypothesis] = ()) -> Shares:
     """Over all sets met, those that only wait with what they promise, which is as far below the best set in every window: nothing is known
     of single ones. `judged`: sets fitted to all logs, the best set among them; the others are taken to gain with the hold-out what that
-    one does."""
+    one does. `nested`: sets as larger ones that are judged see them (gap.evidence.judgement.nested), which count where that is more."""
     every = _weights(search)
     if judged:
         usual = judged[search.best.labels]
         every = {labels: _gaining(weight, search.best, usual) for labels, weight in every.items()}
         every |= {labels: search.weight(h) for labels, h in judged.items()}
+    for hypothesis in nested:
+        weight, known = search.weight(hypothesis), every.get(hypothesis.labels)
+        every[hypothesis.labels] = max(filter(None, (known, weight)), key=lambda w: w.log_mass)
     return Shares(dict(zip(every, bootstrapped(list(every.values())), strict=True)))
 
 

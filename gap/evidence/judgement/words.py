@@ -11,6 +11,7 @@ from config.readable import probability
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
 from gap.evidence.judgement.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
+from gap.evidence.judgement.nested import nested
 from gap.evidence.judgement.posterior import Shares, shares
 from gap.evidence.judgement.preference import Preference, preferences
 from gap.evidence.judgement.votes import Ballot, Votes
@@ -64,8 +65,8 @@ class Said:
 def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[str]) -> Said:
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
     judges = about(held, search.seen.scales, search.seen.model, search.seen.counts)
-    by_set = _judged(search, judges)
-    found = shares(search, by_set)
+    everywhere, by_set = together(search.seen, judges), _judged(search, judges)
+    found = shares(search, by_set, _nested(search, everywhere, by_set))
     named = [h for h in search.fitted if h.labels in by_set and h.suspects]
     chosen = search.null if found.none >= 0.5 or not named else max(named, key=lambda h: found.of_set[h.labels])
     judged = {
@@ -73,7 +74,6 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
         "constants": by_set[search.null.labels].log_z - search.null.log_z,
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }
-    everywhere = together(search.seen, judges)
     left = unexplained(everywhere, by_set[chosen.labels], channels)
     new = bool(left) and not beyond(search.seen, chosen).any()
     agreed = judged["chosen"] > judged["constants"] and not left
@@ -101,6 +101,13 @@ def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypoth
     found = shares(search, by_set)
     likely = [labels for labels in by_set if found.of_set[labels] >= 1.0 - CONFIRMED]
     return by_set | {labels: ended_on_all_logs(search.seen, by_set[labels], judges) for labels in likely}
+
+
+def _nested(search: EvidenceSearch, everywhere: Seen, by_set: Mapping[frozenset[str], Hypothesis]) -> list[Hypothesis]:
+    """Sets as those that may be right say that these are."""
+    least = max(search.log_mass(h) for h in by_set.values()) + NEGLIGIBLE
+    likely = [h for h in by_set.values() if search.log_mass(h) > least]
+    return [part for whole in likely for part in nested(everywhere, whole, search.nominal.model)]
 
 
 def asked(search: EvidenceSearch) -> list[Hypothesis]:

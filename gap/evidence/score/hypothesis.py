@@ -130,9 +130,13 @@ def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
 
 def hypothesis_at(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hypothesis:
     """A set at a point, its evidence and what every window adds to that."""
-    windows = by_window(seen.logs, seen.left(point.readings), point.discrepancy)
     log_z = evidence(posterior(seen, point), point.model)
-    return Hypothesis(suspects, point, log_z, seen.counts * (windows + log_prior_of_times(point.discrepancy)))
+    return Hypothesis(suspects, point, log_z, window_densities(seen, seen.left(point.readings), point.discrepancy))
+
+
+def window_densities(seen: Seen, left: Sequence[Array], discrepancy: Discrepancy) -> Array:
+    """What each window says of residuals, ζ ln p, one log after the other."""
+    return np.asarray(seen.counts * (by_window(seen.logs, left, discrepancy) + log_prior_of_times(discrepancy)))
 
 
 def beyond(seen: Seen, hypothesis: Hypothesis) -> Array:
