@@ -7,6 +7,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 OWN = ("clock", "longreachd", "longreachd-can")
 RIVALS = ("cyclictest", "LinuxCNC")
@@ -27,8 +28,20 @@ def table(turns: Sequence[dict[str, Any]]) -> list[str]:
 
 def interval_of_median(values: Sequence[float]) -> tuple[float, float]:
     """95 %, from samples drawn of the values."""
-    drawn = np.random.default_rng(0).choice(np.asarray(values), (_SAMPLES, len(values)))
-    low, high = np.quantile(np.median(drawn, axis=1), (0.025, 0.975))
+    return _interval(np.median(_drawn(values), axis=1))
+
+
+def interval_of_sum(values: Sequence[float]) -> tuple[float, float]:
+    """The same of a sum: one turn in which the machine stands still may hold most of it."""
+    return _interval(np.sum(_drawn(values), axis=1))
+
+
+def _drawn(values: Sequence[float]) -> NDArray[np.float64]:
+    return np.random.default_rng(0).choice(np.asarray(values, dtype=float), (_SAMPLES, len(values)))
+
+
+def _interval(drawn: NDArray[np.float64]) -> tuple[float, float]:
+    low, high = np.quantile(drawn, (0.025, 0.975))
     return float(low), float(high)
 
 
@@ -67,12 +80,13 @@ def _median(runs: Sequence[dict[str, float]], key: str) -> float:
 
 
 def _ratios(turns: Sequence[dict[str, Any]]) -> Iterator[str]:
-    yield f"{'ratios within a turn: median (95 %)':36}{'p99':>25}{f'above {HIGH:g}':>11}{'p99.9':>25}{f'above {HIGH:g}':>11}"
+    above = f"{f'above {HIGH:g}':>11}"
+    yield f"{'ratios within a turn: median (95 %)':36}{'p99':>25}{above}{'p99.9':>25}{above}{'missed more':>22}"
     for name in OWN:
         for rival in RIVALS:
             both = [(turn["runs"][name], turn["runs"][rival]) for turn in turns if {name, rival} <= turn["runs"].keys()]
             if both:
-                yield f"{f'{name} over {rival}':36}" + "".join(_ratio(both, key) for key in ("p99", "p99.9"))
+                yield f"{f'{name} over {rival}':36}" + "".join(_ratio(both, key) for key in ("p99", "p99.9")) + _missed_more(both)
 
 
 def _ratio(both: Sequence[tuple[dict[str, float], dict[str, float]]], key: str) -> str:
@@ -80,3 +94,10 @@ def _ratio(both: Sequence[tuple[dict[str, float], dict[str, float]]], key: str) 
     low, high = interval_of_median(ratios)
     above = sum(ratio > HIGH for ratio in ratios)
     return f"{f'{median(ratios):.3f} ({low:.3f} to {high:.3f})':>25}{f'{above} of {len(ratios)}':>11}"
+
+
+def _missed_more(both: Sequence[tuple[dict[str, float], dict[str, float]]]) -> str:
+    """Periods that the first missed beyond those of the second, of as many cycles, in all turns together."""
+    more = [own["missed"] - rival["missed"] * own["cycles"] / rival["cycles"] for own, rival in both]
+    low, high = interval_of_sum(more)
+    return f"{f'{sum(more):+.0f} ({low:+.0f} to {high:+.0f})':>22}"

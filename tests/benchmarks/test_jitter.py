@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.loop.jitter_table import interval_of_median, table
+from benchmarks.loop.jitter_table import interval_of_median, interval_of_sum, table
 from benchmarks.loop.periods import began_of_lateness, figures
 
 PERIOD_US = 1000.0
@@ -32,6 +32,13 @@ def test_the_interval_holds_the_median_and_is_narrow_where_the_values_agree() ->
     assert low < 1.0 < high
 
 
+def test_what_one_turn_missed_is_not_known_to_be_missed_again() -> None:
+    assert interval_of_sum([3.0] * 20) == (60.0, 60.0)
+    low, high = interval_of_sum([0.0] * 20 + [70.0])  # it is in a sample with the probability 1 − (20/21)²¹ = 0.64
+    assert low == 0.0
+    assert high >= 140.0
+
+
 def test_the_table_counts_turns_runs_that_broke_off_and_ratios_above_the_limit() -> None:
     own, rival = figures([0.0, 1000.0, 2100.0], PERIOD_US), figures([0.0, 1000.0, 2010.0], PERIOD_US)
     turn = {"utc": "2026-11-24 08:00:00", "load": "idle", "wanted_1_min": 1.0, "busy_beside": 0.5, "runs": {}, "broken": {}}
@@ -41,4 +48,5 @@ def test_the_table_counts_turns_runs_that_broke_off_and_ratios_above_the_limit()
     assert "load on processor 1, 1 turns" in text
     assert "clock over cyclictest" in text
     assert "1 of 1" in text
+    assert "missed more" in text
     assert "LinuxCNC" not in text
