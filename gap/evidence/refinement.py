@@ -91,18 +91,19 @@ def hypothesis_of(seen: Seen, suspects: tuple[Suspect, ...], point: Point) -> Hy
 
 
 def finished(seen: Seen, suspects: tuple[Suspect, ...], point: Point, passes: int = MOST_PASSES) -> Hypothesis:
-    """The fit with sensitivities of its own, taken anew until a descent with fresh ones gains next to nothing, or for some passes. What
-    older ones made of the evidence counts for nothing."""
-    best = None
+    """The fit with sensitivities of its own, taken anew until a descent with fresh ones gains next to nothing, or what it has gained is
+    nothing once they are taken again; or for some passes. What older ones made of the evidence counts for nothing."""
+    best: Hypothesis | None = None
     for _ in range(passes):
         # Only the sensitivities are new here: what the point leaves, and so its discrepancy, is as it was.
-        fresh = hypothesis_at(seen, suspects, renewed(seen, best.at if best else point))
-        found = hypothesis_of(seen, suspects, descended(seen, fresh.at))
-        best = max(filter(None, (best, fresh, found)), key=lambda h: h.log_z)
+        fresh = hypothesis_at(seen, suspects, renewed(seen, point))
+        if best and fresh.log_z < best.log_z + _SETTLED:
+            return replace(max(best, fresh, key=lambda h: h.log_z), ended=True)
+        best, found = fresh, hypothesis_of(seen, suspects, descended(seen, fresh.at))
         if found.log_z < fresh.log_z + _SETTLED:
-            return replace(best, ended=True)
-    assert best is not None
-    return replace(best, ended=passes >= MOST_PASSES)
+            return replace(max(fresh, found, key=lambda h: h.log_z), ended=True)
+        point = found.at
+    return replace(found, ended=passes >= MOST_PASSES)
 
 
 def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
