@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 
 from config.schema.effect_library import EFFECTS
-from gap.evidence.lines import followed
+from gap.evidence.lines import StraightFit, followed
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors, phi_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
@@ -24,16 +24,19 @@ from gap.fitting.model import Model
 
 
 def nested(seen: Seen, fitted: Hypothesis, stated: Model) -> list[Hypothesis]:
-    """A fitted set without one, some or all of its suspects; `stated`: as below. (A link bends the more the less stiff it is: no line
-    leads from there to a rigid one.)"""
+    """A fitted set without one, some or all of its suspects that have a size. `stated`: the rig file's own numbers. (A link bends the more
+    the less stiff it is: no line leads from there to a rigid one.)"""
     sized = [s for s in fitted.suspects if s.free and (isinstance(s, Changed) or s.smaller_is_weaker)]
-    return [less(seen, fitted, gone, stated) for number in range(1, len(sized) + 1) for gone in combinations(sized, number)]
+    if not sized:
+        return []
+    whole = followed(seen, fitted)
+    return [_less(seen, fitted, whole, gone, stated) for number in range(1, len(sized) + 1) for gone in combinations(sized, number)]
 
 
-def less(seen: Seen, fitted: Hypothesis, gone: Sequence[Suspect], stated: Model) -> Hypothesis:
-    """A fitted set without some of its suspects, all of which have a size. `stated`: the rig file's own numbers."""
+def _less(seen: Seen, fitted: Hypothesis, whole: StraightFit, gone: Sequence[Suspect], stated: Model) -> Hypothesis:
+    """The set without some of them. `whole`: what its own lines tell with them, of which only the difference counts."""
     begun = _begun(seen, fitted, gone, stated)
-    whole, part = followed(seen, fitted), followed(seen, begun)
+    part = followed(seen, begun)
     return replace(begun, log_z=fitted.log_z + part.log_z - whole.log_z, windows=fitted.windows + part.windows - whole.windows)
 
 

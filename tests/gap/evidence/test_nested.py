@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from config.loading.load import rig_from_text
-from gap.evidence.judgement.nested import less, nested
+from gap.evidence.judgement.nested import nested
 from gap.evidence.promises import widened
 from gap.evidence.refinement import finished
 from gap.evidence.search_state import EvidenceSearch
@@ -51,6 +51,6 @@ def test_a_number_that_had_changed_has_its_own_prior_again(tmp_path: Path) -> No
     search = searched(tmp_path, axis_logs.axis_text().replace("friction: 20.39", "friction: 21.5"))
     whole = refined(search, next(w for w in search.waiting if w.labels == {CHANGED}))
     whole = finished(search.seen, whole.suspects, whole.at)
-    part = less(search.seen, whole, whole.suspects, search.nominal.model)
+    (part,) = nested(search.seen, whole, search.nominal.model)
     assert [f.prior for f in part.model.free] == [f.prior for f in search.nominal.model.free]
     assert part.log_z == pytest.approx(search.null.log_z, abs=1.0), (whole.log_z, search.null.log_z)
