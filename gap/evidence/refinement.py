@@ -110,19 +110,12 @@ def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
     return replace(point, discrepancy=rediscovered(seen, point, None, near))
 
 
-def _objective(seen: Seen, point: Point) -> float:
-    """ln p(y, φ) with Σ as it is, up to what does not depend on φ."""
-    rows = [r[None] for r in seen.left(point.readings)]
-    return prior_of(point.model).log_density(phi_of(point.model)) - 0.5 * float(seen.weighed(rows, point.discrepancy).inner[0, 0])
-
-
 def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]:
     """The Gauss-Newton step, damped as is best, by which ln p(y, φ) grows with Σ as it is; the point, and by how much. Damping is a
     narrower prior about the point: what the logs hardly know moves farthest, beyond where lines hold, so it is held first."""
-    before = _objective(seen, point)
     found, gained = None, 0.0
     for damping in _DAMPINGS:
-        tried, gain = _tried(seen, point, at, damping, before)
+        tried, gain = _tried(seen, point, at, damping)
         if np.isfinite(gain) and gain > gained:
             found, gained = tried, gain
         elif found is not None:
@@ -130,18 +123,18 @@ def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]
     return (None if found is None else _followed(seen, point, found, at.precision)), gained
 
 
-def _tried(seen: Seen, point: Point, at: Posterior, damping: float, before: float) -> tuple[Point, float]:
+def _tried(seen: Seen, point: Point, at: Posterior, damping: float) -> tuple[Point, float]:
     """A damped step, straight or, where that gains less than half of its promise and it is better, bent; and what it gains."""
     prior, phi = prior_of(point.model), phi_of(point.model)
     damped = at.precision + damping * np.diag(prior.precision)
     step = bounded(damped, at.slope, prior.low - phi, prior.high - phi)
     straight = _moved(seen, point, np.clip(phi + step, prior.low, prior.high))
-    gain = _objective(seen, straight) - before
+    gain = log_density(seen, straight) - at.log_density
     promised = at.slope @ step - 0.5 * step @ at.precision @ step
     if not np.isfinite(gain) or gain > HALF * promised:
         return straight, gain
     bent = _bent(seen, point, straight, damped)
-    return max((straight, gain), (bent, _objective(seen, bent) - before), key=lambda one: one[1])
+    return max((straight, gain), (bent, log_density(seen, bent) - at.log_density), key=lambda one: one[1])
 
 
 def _bent(seen: Seen, point: Point, straight: Point, damped: Array) -> Point:

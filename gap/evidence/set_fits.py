@@ -67,11 +67,7 @@ def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypot
     model, keep = start.model, set(range(len(start.model.free)))
     for gone in (s for s in start.suspects if s.label not in {k.label for k in suspects}):
         if isinstance(gone, Changed):
-            own = next(f for f in search.nominal.model.free if f.key == gone.free.key)
-            number = next(k for k, f in enumerate(model.free) if f.key == own.key)
-            theta = model.theta.copy()
-            theta[number] = np.clip(theta[number], own.low, own.high)
-            model = replace(model, free=tuple(own if f.key == own.key else f for f in model.free), theta=theta)
+            model = gone.with_own_prior(model, search.nominal.model)
         else:
             entry = next(e for e in model.added if (e.effect, e.where) == (gone.effect, gone.where))
             keep -= set(start.model.of_effect(entry))

@@ -53,12 +53,11 @@ def _begun(seen: Seen, fitted: Hypothesis, gone: Sequence[Suspect], stated: Mode
 
 def _taken_back(model: Model, gone: Sequence[Suspect], stated: Model) -> Model:
     """Sizes of missing effects at none; numbers that had changed with their own prior again, within what that allows."""
-    own = {f.key: f for f in stated.free}
-    narrow = {s.free.key for s in gone if isinstance(s, Changed)}
-    none = set(_sizes(model, gone))
-    free = tuple(own[f.key] if f.key in narrow else f for f in model.free)
-    theta = [f.start if k in none else np.clip(v, f.low, f.high) for k, (f, v) in enumerate(zip(free, model.theta, strict=True))]
-    return replace(model, free=free, theta=np.array(theta))
+    for suspect in gone:
+        model = suspect.with_own_prior(model, stated) if isinstance(suspect, Changed) else model
+    theta, none = model.theta.copy(), _sizes(model, gone)
+    theta[none] = [model.free[k].start for k in none]
+    return model.with_theta(theta)
 
 
 def _without_sizes(model: Model, gone: Sequence[Suspect]) -> list[int]:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from config.schema.effect_library import EFFECTS
 from config.schema.plant import Plant
 from config.schema.rig import Rig
@@ -36,6 +38,13 @@ class Changed:
     def with_wide_prior(self, model: Model) -> Model:
         """The model with this number's prior widened."""
         return replace(model, free=tuple(self.free if f.key == self.free.key else f for f in model.free))
+
+    def with_own_prior(self, model: Model, stated: Model) -> Model:
+        """The model with this number's prior as in the rig file (`stated`) again, and its value within what that allows."""
+        own = next(f for f in stated.free if f.key == self.free.key)
+        free = tuple(own if f.key == own.key else f for f in model.free)
+        theta = [np.clip(v, f.low, f.high) if f is own else v for f, v in zip(free, model.theta, strict=True)]
+        return replace(model, free=free, theta=np.array(theta))
 
 
 def changeable(rig: Rig, free: tuple[Free, ...]) -> list[Changed]:
