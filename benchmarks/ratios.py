@@ -6,8 +6,8 @@ plain mcap writer; and, shown only, controller over a loop of fixed arithmetic, 
 
 Both sides of a ratio take turns and only processor time counts, so a slow minute meets both. A run is a process of its own, since where
 a process comes to lie in memory moves its ratios by some per cent. Judged is the median of a run's pairs. It is worse where it lies above
-the baseline's median by more than half of the baseline's spread, the range of all its pairs, and by more than a fifth. What is worse is
-measured again, twice at most, and fails if it is worse each time.
+the baseline's median by more than half of the baseline's spread, the range of its runs' medians, and by more than a fifth. (The range of
+all pairs is made by the worst single one.) What is worse is measured again, twice at most, and fails if it is worse each time.
 
 The file keeps a baseline for each processor that one was written on. A processor without one is judged by the loosest limit of the others,
 and then by as much more as two makers' processors were seen to differ. A baseline of another Python (3.11, 3.12) judges nothing.
@@ -154,9 +154,9 @@ def pairs_of(ways: Mapping[str, tuple[Work, Work]], pairs: int) -> dict[str, lis
 
 
 def spread_of(runs: Sequence[Sequence[float]]) -> tuple[float, float]:
-    """Median of the runs' medians, and the range of their pairs."""
-    pairs = [pair for run in runs for pair in run]
-    return median(median(run) for run in runs), max(pairs) - min(pairs)
+    """Median of the runs' medians, and their range."""
+    medians = [median(run) for run in runs]
+    return median(medians), max(medians) - min(medians)
 
 
 def run_of_its_own() -> dict[str, list[float]]:
