@@ -111,30 +111,39 @@ def _with_discrepancy(seen: Seen, point: Point, near: bool) -> Point:
 
 
 def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]:
-    """The Gauss-Newton step, damped as is best, by which ln p(y, φ) grows with Σ as it is; the point, and by how much. Damping is a
-    narrower prior about the point: what the logs hardly know moves farthest, beyond where lines hold, so it is held first."""
+    """The Gauss-Newton step, damped until it keeps half of its promise, promises next to nothing or is past the best; the point, and by how
+    much ln p(y, φ) grows with Σ as it is. Damping is a narrower prior about the point: what the logs hardly know moves farthest, beyond
+    where lines hold, so it is held first."""
+    prior, phi = prior_of(point.model), phi_of(point.model)
     found, gained = None, 0.0
     for damping in _DAMPINGS:
-        tried, gain = _tried(seen, point, at, damping)
-        if np.isfinite(gain) and gain > gained:
+        damped = at.precision + damping * np.diag(prior.precision)
+        step = bounded(damped, at.slope, prior.low - phi, prior.high - phi)
+        promised = at.slope @ step - 0.5 * step @ at.precision @ step
+        tried, gain = _tried(seen, point, at, damped, step, HALF * promised)
+        if gain > gained:
             found, gained = tried, gain
         elif found is not None:
+            break
+        if gain > HALF * promised or promised < _ENOUGH:
             break
     return (None if found is None else _followed(seen, point, found, at.precision)), gained
 
 
-def _tried(seen: Seen, point: Point, at: Posterior, damping: float) -> tuple[Point, float]:
-    """A damped step, straight or, where that gains less than half of its promise and it is better, bent; and what it gains."""
-    prior, phi = prior_of(point.model), phi_of(point.model)
-    damped = at.precision + damping * np.diag(prior.precision)
-    step = bounded(damped, at.slope, prior.low - phi, prior.high - phi)
-    straight = _moved(seen, point, np.clip(phi + step, prior.low, prior.high))
-    gain = log_density(seen, straight) - at.log_density
-    promised = at.slope @ step - 0.5 * step @ at.precision @ step
-    if not np.isfinite(gain) or gain > HALF * promised:
+def _tried(seen: Seen, point: Point, at: Posterior, damped: Array, step: Array, enough: float) -> tuple[Point, float]:
+    """A step, straight or, where that gains less than enough and it is better, bent; and what it gains, −∞ where nothing finite."""
+    prior = prior_of(point.model)
+    straight = _moved(seen, point, np.clip(phi_of(point.model) + step, prior.low, prior.high))
+    gain = _gain(seen, straight, at)
+    if gain > enough or gain == -np.inf:
         return straight, gain
     bent = _bent(seen, point, straight, damped)
-    return max((straight, gain), (bent, log_density(seen, bent) - at.log_density), key=lambda one: one[1])
+    return max((straight, gain), (bent, _gain(seen, bent, at)), key=lambda one: one[1])
+
+
+def _gain(seen: Seen, point: Point, at: Posterior) -> float:
+    gain = log_density(seen, point) - at.log_density
+    return gain if np.isfinite(gain) else -np.inf
 
 
 def _bent(seen: Seen, point: Point, straight: Point, damped: Array) -> Point:

@@ -11,7 +11,7 @@ from gap.evidence.lines import joined
 from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors
-from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect
+from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, beyond
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.sensitivity import renewed
@@ -35,6 +35,8 @@ def refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     if done.log_z < fitted.log_z and promise.suspect.free:  # lines led astray: from where the base ends, step by step
         done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, fitted, promise))), key=evidence_of)
     enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
+    if search.log_mass(done) > enough and np.any(beyond(search.seen, done)):  # constants were torn away, and sensitivities with them
+        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, renewed(search.seen, there))), key=evidence_of)
     if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
         return done
     return finished(search.seen, done.suspects, done.at, FEW_PASSES)
