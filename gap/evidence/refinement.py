@@ -119,7 +119,7 @@ def _step(seen: Seen, point: Point, at: Posterior) -> tuple[Point | None, float]
     for damping in _DAMPINGS:
         damped = at.precision + damping * np.diag(prior.precision)
         step = bounded(damped, at.slope, prior.low - phi, prior.high - phi)
-        promised = at.slope @ step - 0.5 * step @ at.precision @ step
+        promised = float(at.slope @ step - 0.5 * step @ at.precision @ step)
         tried, gain = _tried(seen, point, at, damped, step, HALF * promised)
         if gain > gained:
             found, gained = tried, gain

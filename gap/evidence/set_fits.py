@@ -71,7 +71,7 @@ def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypot
         if isinstance(gone, Changed):
             model = gone.with_own_prior(model, search.nominal.model)
         else:
-            entry = next(e for e in model.added if (e.effect, e.where) == (gone.effect, gone.where))
+            entry = model.entry_added(gone.effect, gone.where)
             keep -= set(start.model.of_effect(entry))
             model = model.without_effect(entry)
     return model, [of_other_priors(j, start.model, model)[sorted(keep)] for j in start.at.jacobian]

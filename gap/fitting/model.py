@@ -93,6 +93,10 @@ class Model:
         """The model in which only these numbers are free; all others stand as in the rig file."""
         return replace(self, free=tuple(self.free[k] for k in numbers), theta=self.theta[list(numbers)])
 
+    def entry_added(self, effect: str, where: str) -> EffectEntry:
+        """An effect that the search had added, as it stands there."""
+        return next(entry for entry in self.added if (entry.effect, entry.where) == (effect, where))
+
     def of_effect(self, entry: EffectEntry) -> list[int]:
         """Numbers of the free parameters that belong to an added effect."""
         assert self.rig.plant is not None

@@ -10,7 +10,7 @@ from gap.maneuvers.earlier_logs import earlier_logs
 from gap.maneuvers.next_maneuver import next_maneuver
 from gap.maneuvers.rivals import MOST_RIVALS, NONE
 from gap.maneuvers.separation import Rival
-from gap.outcome.names import Explanation, entry_of
+from gap.outcome.names import Explanation
 from gap.outcome.search_state import SearchState
 from gap.suspects.candidates import Candidate
 
@@ -40,8 +40,8 @@ def doubtful(state: SearchState) -> list[Rival]:
 def _without(state: SearchState, one: Explanation) -> Rival:
     """The model without the effect: that is fitted to no log, so none holds its numbers."""
     assert isinstance(one.suspect, Candidate)
-    model = one.fit.model
-    return Rival(NONE, state.nominal if len(model.added) == 1 else model.without_effect(entry_of(one.suspect, model)))
+    model, entry = one.fit.model, one.fit.model.entry_added(one.suspect.effect, one.suspect.where)
+    return Rival(NONE, state.nominal if len(model.added) == 1 else model.without_effect(entry))
 
 
 def _rival(state: SearchState, one: Explanation) -> Rival:

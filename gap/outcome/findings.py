@@ -19,7 +19,7 @@ from gap.evidence.score.hypothesis import Suspect
 from gap.fitting.model import Model
 from gap.fitting.nuisance import ALARM
 from gap.outcome.localise import Disagreement
-from gap.outcome.names import Fitted, LookAlike, Named, entry_of, numbers_of
+from gap.outcome.names import Fitted, LookAlike, Named, numbers_of
 from gap.outcome.steadiness import Steadiness
 from gap.outcome.verdict import Verdict
 from gap.suspects.candidates import Candidate
@@ -64,7 +64,7 @@ def _parameters(suspect: Suspect, fitted: Fitted) -> dict[str, Any]:
     """What a model has of it; the effect's fixed keys where nothing of it is fitted."""
     model, numbers = fitted.model, numbers_of(suspect, fitted.model)
     if not numbers and isinstance(suspect, Candidate):
-        given = entry_of(suspect, model).model_dump(by_alias=True)
+        given = model.entry_added(suspect.effect, suspect.where).model_dump(by_alias=True)
         return {key: {"value": given.get(key), "unit": "", "ci95": [given.get(key)] * 2} for key in EFFECTS[suspect.effect].neutral}
     return {_parameter(model, k): number(float(model.theta[k]), float(fitted.half_width[k]), model.free[k].unit) for k in numbers}
 

@@ -11,7 +11,7 @@ from config.units import from_si, written_unit
 from gap.data.coarse_steps import CoarseStep
 from gap.data.measured import Array
 from gap.fitting.model import Free, Model
-from gap.outcome.names import Fitted, entry_of, numbers_of
+from gap.outcome.names import Fitted, numbers_of
 from gap.suspects.candidates import Candidate
 
 WORTH_WRITING = 0.5  # prior standard deviations a constant must have moved to be changed in the file
@@ -36,7 +36,8 @@ def improved(text: str, model: Model, lines: Sequence[str]) -> str:
 
 def effect_line(suspect: Candidate, fitted: Fitted, remark: str) -> str:
     """`- {effect: NAME, where: PLACE, parameter: value unit}  # [gap] why`."""
-    model, entry, numbers = fitted.model, entry_of(suspect, fitted.model), numbers_of(suspect, fitted.model)
+    model, numbers = fitted.model, numbers_of(suspect, fitted.model)
+    entry = model.entry_added(suspect.effect, suspect.where)
     free = {model.free[k].key: f"{written(model.theta[k])} {model.free[k].unit}".strip() for k in numbers}
     given = entry.model_dump(by_alias=True, exclude_unset=True)
     fixed = {key: value for key, value in given.items() if key not in free and key not in ("effect", "where", "quantity_kind")}

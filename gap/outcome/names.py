@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from config.schema.effect_entry import EffectEntry
 from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.evidence.judgement.votes import Votes
@@ -13,7 +12,6 @@ from gap.evidence.score.hypothesis import Suspect
 from gap.fitting.evaluation import Evaluation
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
-from gap.suspects.candidates import Candidate
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +67,8 @@ class Named:
         return effect.search.equation if effect and effect.search else ""
 
 
-def entry_of(suspect: Candidate, model: Model) -> EffectEntry:
-    """The effect as it stands in a model that has it."""
-    return next(e for e in model.added if (e.effect, e.where) == (suspect.effect, suspect.where))
-
-
 def numbers_of(suspect: Suspect, model: Model) -> list[int]:
     """The free numbers of a model that are the suspect's."""
     if isinstance(suspect, Changed):
         return [k for k, free in enumerate(model.free) if free.key == suspect.free.key]
-    return model.of_effect(entry_of(suspect, model))
+    return model.of_effect(model.entry_added(suspect.effect, suspect.where))

@@ -66,6 +66,5 @@ def _without_sizes(model: Model, gone: Sequence[Suspect]) -> list[int]:
 
 
 def _sizes(model: Model, gone: Sequence[Suspect]) -> list[int]:
-    entries = [(s.effect, s.where) for s in gone if not isinstance(s, Changed)]
-    added = [entry for entry in model.added if (entry.effect, entry.where) in entries]
+    added = [model.entry_added(s.effect, s.where) for s in gone if not isinstance(s, Changed)]
     return [k for entry in added for k in model.of_effect(entry) if model.free[k].key in EFFECTS[entry.effect].neutral]
