@@ -19,7 +19,7 @@ from gap.data.measured import Measured, load
 from gap.evidence import deciding_numbers, opening, promises, search_state, set_fits, stages
 from gap.evidence.judgement import posterior
 from gap.evidence.judgement.posterior import shares
-from gap.evidence.noise import discrepancy
+from gap.evidence.noise import discrepancy, other_form
 from gap.evidence.score import bootstrap, changed, coarsening, prior
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.nuisance import nuisances
@@ -28,7 +28,7 @@ from tests.support.gap import axis_logs
 from tests.support.gap.maxwell_axis import maxwell_axis
 
 USERS: tuple[ModuleType, ...] = (
-    *(bootstrap, changed, coarsening, prior, discrepancy),
+    *(bootstrap, changed, coarsening, prior, discrepancy, other_form),
     *(opening, posterior, promises, search_state, set_fits, stages, deciding_numbers),
 )
 # What the words alone use moves no probability.
@@ -39,7 +39,6 @@ NUMBERS = (
     "LEAST_DISCREPANCY",
     "OTHER_FORM",
     "COUNT",
-    "FORM_COUNT",
     "EXPECTED",
     "RANGE_SDS",
     "CHANGED_TIMES",

@@ -1,6 +1,5 @@
 """Every number that decides in the search by evidence, with its meaning. HONEST is what simulated machines without a missing effect leave,
-OTHER_FORM a first guess; COUNT and FORM_COUNT were chosen on measured data and on a few of those machines (docs/decisions/score/0021 and
-0027)."""
+OTHER_FORM a first guess; COUNT was chosen on measured data and on a few of those machines (docs/decisions/score/0021 and 0034)."""
 
 from __future__ import annotations
 
@@ -11,8 +10,7 @@ SPREAD = 1.0  # standard deviation of the logarithm of what is known by its magn
 HONEST = 0.003  # scale of δ in root mean squares of a channel's changes over MEMORY_S, as honest models leave it
 LEAST_DISCREPANCY = 0.3  # least scale of δ's prior, in noise: quantisation and coloured noise leave as much
 OTHER_FORM = 0.3  # scale of η's half-normal prior: shares of the friction that act through elements of another form
-COUNT = 2.0  # windows that logs count for, were there ever so many, where what is left acts unexplained: its faults repeat in all of them
-FORM_COUNT = 4.0  # the same where all friction has another form; a part of what that repeats is integrated out
+COUNT = 2.0  # windows that logs count for, were there ever so many, where all friction has another form or what is left acts unexplained
 EXPECTED = 1.0  # effects missing before anything is seen: each of M candidates has the odds of 1 in M
 RANGE_SDS = 3.0  # prior standard deviations to the far end of an effect's plausible range
 CHANGED_TIMES = 10.0  # as many times its stated value a constant that a fault changes may be, and as small a part of it

@@ -29,7 +29,7 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     numbers = chosen([velocities(e) for e in experiments])
     few = tuple(some(e, n) for e, n in zip(experiments, numbers, strict=True))
     scales = np.maximum(HONEST * swings(experiments), LEAST_DISCREPANCY)
-    seen = about(few, scales, model, counted(few, np.inf))  # as where all friction has another form: nothing is known of it yet
+    seen = about(few, scales, model, counted(few, 1.0))  # as where all friction has another form: nothing is known of it yet
     point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))
     nominal = hypothesis_at(seen, (), point)
     count = len(candidates(rig, channels)) + len(changeable(rig, free))

@@ -15,6 +15,7 @@ from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, beyond
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.sensitivity import renewed
+from gap.fitting.fit import HALF
 from gap.fitting.model import Model
 
 Part = tuple[Hypothesis, Hypothesis]  # a set without one of its suspects: where it stands, and fitted from there
@@ -34,9 +35,10 @@ def refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     fitted = search.fit_of(base.labels)
     if done.log_z < fitted.log_z and promise.suspect.free:  # lines led astray: from where the base ends, step by step
         done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, fitted, promise))), key=evidence_of)
-    enough, hope = search.log_mass(search.best), search.log_mass_with(chosen, done.log_z - chosen.level)
-    if search.log_mass(done) > enough and np.any(beyond(search.seen, done)):  # constants were torn away, and sensitivities with them
+    enough = search.log_mass(search.best)
+    if np.any(beyond(search.seen, fitted)) and (done.log_z < chosen.level + HALF * chosen.gain or search.log_mass(done) > enough):
         done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, renewed(search.seen, there))), key=evidence_of)
+    hope = search.log_mass_with(chosen, done.log_z - chosen.level)
     if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
         return done
     return finished(search.seen, done.suspects, done.at, FEW_PASSES)

@@ -138,8 +138,7 @@ def test_its_friction_is_named_within_five_per_cent(bench: Path, tmp_path: Path,
 
 @pytest.mark.slow
 def test_with_columns_that_differ_from_file_to_file(bench: Path, tmp_path: Path) -> None:
-    """Four files have chamber A's pressure alone, four chamber B's. Their short steps hardly show the viscous friction of the sines: the
-    verdict says so, and what to do, and that leads to both."""
+    """Four files have chamber A's pressure alone, four chamber B's. Their short steps hardly show the viscous friction of the sines."""
     mixed = [f"{name}_{'ba'[number % 2]}" for number, name in enumerate(SHORT)]
     content, lines = searched(bench, tmp_path, mixed, "sine")
     assert content["verdict"] == "unknown"

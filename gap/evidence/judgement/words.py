@@ -75,7 +75,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }
     left = unexplained(everywhere, by_set[chosen.labels], channels)
-    new = bool(left) and not beyond(search.seen, chosen).any()
+    by_fit_logs = bool(beyond(search.seen, chosen).any())
     agreed = judged["chosen"] > judged["constants"] and not left
     fitted = {h.labels: h for h in search.fitted}
     ballot, judge = Ballot(search.seen, judges, fitted, by_set), preferences(fitted, by_set, chosen.labels, found.of_set)
@@ -84,7 +84,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
         word, why = _of_names(names, judge[0], left)
     else:
         word, why = _of_none(found, judged, left)
-    return Said(word, f"{why} {_ONLY_HELD_OUT}" if new else why, chosen, names, found.none, judged, judge, everywhere, by_set)
+    return Said(word, advised(why, left, by_fit_logs), chosen, names, found.none, judged, judge, everywhere, by_set)
 
 
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:
@@ -147,6 +147,11 @@ def _of_none(found: Shares, judged: Mapping[str, float], left: Sequence[str]) ->
     if gain <= np.log(1.0 / (1.0 - CONFIRMED)):
         return "no_gap", f"The rig file predicts the hold-out as well as refitted constants do (ln odds {gain:+.1f}); {sure}."
     return "parameter_mismatch", f"Other values of the rig's constants predict the hold-out better (ln odds {gain:+.1f}); {sure}."
+
+
+def advised(why: str, left: Sequence[str], by_fit_logs: bool) -> str:
+    """The reason, and what to do where something acts that the fit logs hardly show."""
+    return f"{why} {_ONLY_HELD_OUT}" if left and not by_fit_logs else why
 
 
 def unexplained(all_logs: Seen, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:

@@ -64,6 +64,15 @@ def by_window(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Dis
     return np.concatenate([p - 0.5 * d.sum(axis=1) for p, d in zip(densities, log_dets, strict=True)])
 
 
+def over_shares(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Discrepancy, shares: Array) -> Array:
+    """ln p of the residuals `left` for every one of some `shares` η, δ, T and s as they are, up to what all have alike."""
+    grams, _ = _of_logs(logs, [own[None] for own in left], discrepancy)
+    of_logs = [less_states_with(whole, None, log.states) for whole, log in zip(grams, logs, strict=True)]
+    total = Weighed(np.sum([w.inner for w in of_logs], axis=0), sum(w.log_det for w in of_logs))
+    found = [less_shared(total, logs[0].forms, float(share)) for share in shares]
+    return np.array([-0.5 * (float(f.inner[0, 0]) + f.log_det) for f in found])
+
+
 def _of_logs(logs: Sequence[Whitening], rows: Sequence[Array], discrepancy: Discrepancy) -> tuple[list[Array], list[Array]]:
     """Of every log the inner products [A B x]ᵀ C⁻¹ [A B x] of its windows, and log|C|, windows × channels."""
     found = [log.grams(own, discrepancy.of_log(n), discrepancy.time_s) for n, (log, own) in enumerate(zip(logs, rows, strict=True))]

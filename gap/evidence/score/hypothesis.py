@@ -14,6 +14,7 @@ from gap.evidence.deciding_numbers import CONFIRMED
 from gap.evidence.noise.discrepancy import log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.discrepancy_search import fitted_discrepancy
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
+from gap.evidence.noise.other_form import expected_form
 from gap.evidence.noise.unknowns import unknowns_of
 from gap.evidence.noise.whitening import Whitening
 from gap.evidence.score.changed import Changed
@@ -108,17 +109,16 @@ def about(experiments: Sequence[Experiment], scales: Array, model: Model, counts
 
 
 def about_fit(seen: Seen, fitted: Hypothesis) -> Seen:
-    """The same logs as they are about a fitted set, and as what it leaves lets them count. (η is what is expected beforehand, while no set
-    has had a friction that could be of another form.)"""
+    """The same logs as they are about a fitted set, and as what it leaves lets them count."""
     there = about(seen.experiments, seen.scales, fitted.model, seen.counts)
-    share = fitted.at.discrepancy.share if there.logs[0].forms else 0.0
+    form = expected_form(there.logs, seen.left(fitted.at.readings), fitted.at.discrepancy)
     excess = 1.0 - (MOST_HONEST / max(float(beyond(seen, fitted).max()), MOST_HONEST)) ** 2
-    return replace(there, counts=counted(seen.experiments, share, excess))
+    return replace(there, counts=counted(seen.experiments, form, excess))
 
 
-def counted(experiments: Sequence[Experiment], share: float, excess: float = 0.0) -> float:
-    """ζ of logs in windows; `share` η of the friction has another form, `excess` of the discrepancy's variance is beyond honest models."""
-    return power(sum(len(e.measured) for e in experiments), share, excess)
+def counted(experiments: Sequence[Experiment], form: float, excess: float = 0.0) -> float:
+    """ζ of logs in windows; `form` of the friction has another form, `excess` of the discrepancy's variance is beyond honest models."""
+    return power(sum(len(e.measured) for e in experiments), form, excess)
 
 
 def reweighed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:

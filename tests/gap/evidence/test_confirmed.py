@@ -9,7 +9,7 @@ import pytest
 
 from gap.evidence.judgement.posterior import Shares
 from gap.evidence.judgement.votes import Votes
-from gap.evidence.judgement.words import _name
+from gap.evidence.judgement.words import _name, advised
 
 PAIR, ONE = frozenset({"stiction at x", "valve_deadband at x"}), frozenset({"stiction at x"})
 
@@ -45,3 +45,10 @@ def test_every_name_needs_the_hold_outs_own_vote(share: float, borne_out: bool, 
     assert name.confirmed is confirmed
     assert name.probability == pytest.approx(share)
     assert ballot.asked[-1] == (PAIR, ONE)
+
+
+@pytest.mark.parametrize(
+    ("left", "by_fit_logs", "told"), [(["x.position"], False, True), (["x.position"], True, False), ([], False, False)]
+)
+def test_what_the_hold_out_alone_shows_is_to_be_fitted(left: list[str], by_fit_logs: bool, told: bool) -> None:
+    assert ("fit the hold-out too, and hold out another log" in advised("Something else acts.", left, by_fit_logs)) is told
