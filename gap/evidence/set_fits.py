@@ -23,25 +23,32 @@ Part = tuple[Hypothesis, Hypothesis]  # a set without one of its suspects: where
 
 def refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
     """The set fitted from where straight lines lead; further, if that is as much above what the base gets to from there as it would have
-    to be above the base."""
-    base, promise = chosen.base, chosen.promise
-    start = chosen.lines.model if chosen.lines else start_of(base.model, promise)
-    discrepancy = chosen.lines.discrepancy if chosen.lines else base.at.discrepancy
-    suspects = (*base.suspects, promise.suspect)
-    known = [of_other_priors(j, base.model, start) for j in base.at.jacobian]
-    there = with_columns(search.seen, start, known, discrepancy)
-    there = renewed(search.seen, there) if chosen.lines_end_early else there
-    done = hypothesis_of(search.seen, suspects, descended(search.seen, there))
-    fitted = search.fit_of(base.labels)
-    if done.log_z < fitted.log_z and promise.suspect.free:  # lines led astray: from where the base ends, step by step
-        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, _beside(search, fitted, promise))), key=evidence_of)
-    enough = search.log_mass(search.best)
-    if np.any(beyond(search.seen, fitted)) and (done.log_z < chosen.level + HALF * chosen.gain or search.log_mass(done) > enough):
-        done = max(done, hypothesis_of(search.seen, suspects, descended(search.seen, renewed(search.seen, there))), key=evidence_of)
+    to be above the base. Where the base leaves more than honest models leave, its sensitivities are torn away as its constants are: what
+    falls short of half of its promise then, or becomes the best set, is fitted with fresh ones as well."""
+    start, base = _start(search, chosen), search.fit_of(chosen.base.labels)
+
+    def fitted(point: Point) -> Hypothesis:
+        return hypothesis_of(search.seen, (*chosen.base.suspects, chosen.promise.suspect), descended(search.seen, point))
+
+    done = fitted(start)
+    if done.log_z < base.log_z and chosen.promise.suspect.free:  # lines led astray: from where the base ends, step by step
+        done = max(done, fitted(_beside(search, base, chosen.promise)), key=evidence_of)
+    enough, short = search.log_mass(search.best), done.log_z < chosen.level + HALF * chosen.gain
+    if np.any(beyond(search.seen, base)) and (short or search.log_mass(done) > enough):
+        done = max(done, fitted(renewed(search.seen, start)), key=evidence_of)
     hope = search.log_mass_with(chosen, done.log_z - chosen.level)
     if search.log_mass(done) > enough or hope < enough + NEGLIGIBLE:
         return done
     return finished(search.seen, done.suspects, done.at, FEW_PASSES)
+
+
+def _start(search: EvidenceSearch, chosen: Open) -> Point:
+    """Where straight lines lead, with sensitivities taken anew where those of the base do not tell enough."""
+    base, lines = chosen.base, chosen.lines
+    model = lines.model if lines else start_of(base.model, chosen.promise)
+    known = [of_other_priors(j, base.model, model) for j in base.at.jacobian]
+    point = with_columns(search.seen, model, known, lines.discrepancy if lines else base.at.discrepancy)
+    return renewed(search.seen, point) if chosen.lines_end_early else point
 
 
 def _beside(search: EvidenceSearch, base: Hypothesis, promise: Promise) -> Point:
