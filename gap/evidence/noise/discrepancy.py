@@ -13,12 +13,19 @@ from gap.data.measured import Array
 from gap.evidence.deciding_numbers import MEMORY_S, OTHER_FORM, SPREAD
 from gap.evidence.noise.noise_model import Discrepancy
 
+LEAST_SHARE, MOST_SHARE = 1e-3, 3.0  # of η: less changes nothing, more is no friction
+
+
+def log_prior_of_share(share: Array | float) -> Array:
+    """ln p(η), without constants that every model shares."""
+    return np.asarray(-0.5 * (share / OTHER_FORM) ** 2)
+
 
 def log_prior_of_sizes(discrepancy: Discrepancy, scales: Array) -> float:
     """ln p(δ) + ln p(ln T) + ln p(η), without constants that every model shares."""
     away = np.log(discrepancy.time_s / MEMORY_S) / SPREAD
-    form = discrepancy.share / OTHER_FORM
-    return float(-np.sum(np.log1p((discrepancy.sd / scales) ** 2)) - 0.5 * form**2 - 0.5 * np.sum(away**2))
+    share = float(log_prior_of_share(discrepancy.share))
+    return float(-np.sum(np.log1p((discrepancy.sd / scales) ** 2)) + share - 0.5 * np.sum(away**2))
 
 
 def log_prior_of_times(discrepancy: Discrepancy) -> Array:

@@ -14,13 +14,12 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.evidence.deciding_numbers import MEMORY_S, SPREAD
-from gap.evidence.noise.discrepancy import log_prior_of_sizes, log_prior_of_times
+from gap.evidence.noise.discrepancy import LEAST_SHARE, MOST_SHARE, log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, less_shared, less_states_with, likeliest_shares, window_densities
 from gap.evidence.noise.ornstein_uhlenbeck import OCTAVE, at_rung, rung
 from gap.evidence.noise.whitening import Numbers, Part, Whitening
 
 _SMALLEST, _LARGEST = 0.02, 1e6  # of δ, in units of the noise: less changes nothing, more is a simulation that ran away
-_LEAST_SHARE, _MOST_SHARE = 1e-3, 3.0
 _STEPS = (OCTAVE, 1)  # of δ, T and η, as rungs; doubled as long as that helps
 _GAIN = 0.01  # of ln p, below which a step is none
 _LEAPS = (0.1, 0.4, 1.6)
@@ -156,7 +155,7 @@ class _Search:
         return self.value > before
 
     def _try_share(self, total: Weighed, rungs: int) -> bool:
-        there = replace(self._at, share=float(np.clip(self._at.share * at_rung(rungs), _LEAST_SHARE, _MOST_SHARE)))
+        there = replace(self._at, share=float(np.clip(self._at.share * at_rung(rungs), LEAST_SHARE, MOST_SHARE)))
         value = self._value(total, there)
         if not value > self.value + _GAIN:
             return False

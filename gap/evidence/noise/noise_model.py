@@ -67,8 +67,7 @@ def by_window(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Dis
 def over_shares(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Discrepancy, shares: Array) -> Array:
     """ln p of the residuals `left` for every one of some `shares` η, δ, T and s as they are, up to what all have alike."""
     grams, _ = _of_logs(logs, [own[None] for own in left], discrepancy)
-    of_logs = [less_states_with(whole, None, log.states) for whole, log in zip(grams, logs, strict=True)]
-    total = Weighed(np.sum([w.inner for w in of_logs], axis=0), sum(w.log_det for w in of_logs))
+    total = _less_states_of_logs(grams, [log.states for log in logs])
     found = [less_shared(total, logs[0].forms, float(share)) for share in shares]
     return np.array([-0.5 * (float(f.inner[0, 0]) + f.log_det) for f in found])
 
@@ -97,9 +96,13 @@ def window_densities(grams: Array, states: int, rest: Array) -> Array:
 
 def reduced(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Weighed:
     """Of rows that begin with `states` of a window's own and then `forms` shared ones: the others without what these take of them."""
+    return less_shared(_less_states_of_logs(grams, states), forms, share)
+
+
+def _less_states_of_logs(grams: Sequence[Array], states: Sequence[int]) -> Weighed:
+    """What every window's own states leave, over all logs."""
     of_logs = [less_states_with(whole, None, n) for whole, n in zip(grams, states, strict=True)]
-    total = Weighed(np.sum([w.inner for w in of_logs], axis=0), sum(w.log_det for w in of_logs))
-    return less_shared(total, forms, share)
+    return Weighed(np.sum([w.inner for w in of_logs], axis=0), sum(w.log_det for w in of_logs))
 
 
 def less_states_with(grams: Array, part: Part | None, states: int) -> Weighed:
