@@ -21,7 +21,7 @@ from config.schema.rig import Rig
 from config.schema.section import Section, yaml_key
 from gap.fitting.model import Free, Path
 
-# Relative standard deviation of a constant by where its number comes from; docs/method/gap.md explains the table.
+# Relative standard deviation of a constant by where its number comes from; docs/guide/rig/rig-file.md has the table.
 PRIOR_SD = {
     "P": 0.02,  # stated in the paper
     "DS": 0.03,  # read in a manufacturer's catalogue

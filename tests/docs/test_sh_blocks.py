@@ -53,7 +53,7 @@ ELSEWHERE = {
     "/tmp/run.sock why": "the log that the line above plays; tests/daemon/live/test_play.py",
     "demo --lockstep": "console blocks of first-run.md and rig-file.md",
 }
-TALKS = re.compile(r"longreach (why(?! LOG)|events|reset|prove|arm|jog|start|stop|status|ui|top|live)\b")
+TALKS = re.compile(r"longreach (why(?! LOG)|events|reset|prove|arm|disarm|jog|start|stop|status|ui|top|live)\b")
 ARMED = re.compile(r"longreach (start|stop|jog)\b")
 STAYS = re.compile(r"longreach (ui|live|play)\b|longreachd|--watch")
 IN_HALF_A_MINUTE = re.compile(r"longreach (shape my_rig|gap find --rig frictionless|design my_rig.yaml --tip-gain)")

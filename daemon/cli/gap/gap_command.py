@@ -31,7 +31,7 @@ def _register_find(verbs: Any) -> None:
     parser = verbs.add_parser("find", help="compare logs with the rig file's plant; writes findings.json, rig.yaml and report.html")
     parser.add_argument("--rig", required=True, metavar="RIG.yaml", help="the rig file, or the name of a shipped rig")
     _log_options(parser)
-    parser.add_argument("--out", type=Path, default=Path("gap"), metavar="DIR", help="where the results go (default ./gap)")
+    parser.add_argument("--out", type=Path, default=Path("gap-found"), metavar="DIR", help="where the results go (default ./gap-found)")
     parser.add_argument("--window", type=float, metavar="S", help="length of the windows compared (default: by the kind of arm)")
     parser.add_argument(
         "--request",
