@@ -30,6 +30,7 @@ class _Input(NamedTuple):
     quality: int
     scale: float
     offset: float
+    max_age_s: float
 
 
 class DeviceBank:
@@ -90,7 +91,7 @@ class DeviceBank:
             driver.activate()
 
     def read(self, now_ns: int, values: list[float]) -> None:
-        """Every signal's value, raw count, age and quality into the facts. A BAD sample has the value NaN.
+        """Every signal's value, raw count, age and quality into the facts. A sample that is BAD or too old has the value NaN.
 
         When a driver raises, its inputs are unknown and all others are read; the first error is raised at the end.
         """
@@ -132,13 +133,13 @@ class DeviceBank:
 
 
 def _store(inputs: list[_Input], samples: Sequence[Sample], now_ns: int, values: list[float]) -> None:
-    for channel, value, raw, age, quality, scale, offset in inputs:
+    for channel, value, raw, age, quality, scale, offset, max_age_s in inputs:
         sample = samples[channel]
         count = sample.raw
         values[raw] = count
-        values[age] = (now_ns - sample.stamp_ns) * 1e-9
+        values[age] = age_s = (now_ns - sample.stamp_ns) * 1e-9
         values[quality] = sample.quality
-        values[value] = offset + scale * count if sample.quality != Quality.BAD else nan
+        values[value] = offset + scale * count if sample.quality != Quality.BAD and age_s <= max_age_s else nan
 
 
 def _refuse_unprovable(rig: Rig, drivers: Mapping[str, Driver]) -> None:
@@ -150,9 +151,9 @@ def _refuse_unprovable(rig: Rig, drivers: Mapping[str, Driver]) -> None:
 
 
 def _forget(inputs: list[_Input], values: list[float]) -> None:
-    for _, value, raw, _, quality, _, _ in inputs:
-        values[value] = values[raw] = nan
-        values[quality] = Quality.BAD
+    for each in inputs:
+        values[each.value] = values[each.raw] = nan
+        values[each.quality] = Quality.BAD
 
 
 def _inputs(rig: Rig, facts: Facts, device: str, channels: Sequence[str]) -> list[_Input]:
@@ -165,7 +166,8 @@ def _inputs(rig: Rig, facts: Facts, device: str, channels: Sequence[str]) -> lis
         names = (field_of_signal(name), f"{name}_raw", f"{name}_age_s", f"{name}.quality")
         value, raw, age, quality = (facts.index(fact) for fact in names)
         calibration = signal.calibration
-        found.append(_Input(channels.index(signal.channel), value, raw, age, quality, calibration.scale, calibration.offset))
+        channel = channels.index(signal.channel)
+        found.append(_Input(channel, value, raw, age, quality, calibration.scale, calibration.offset, signal.max_age_s))
     return found
 
 

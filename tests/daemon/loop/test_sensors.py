@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, nan
+from math import inf, isfinite, isnan, nan
 from pathlib import Path
 
 import pytest
@@ -50,6 +50,26 @@ def test_nan_in_a_sensor_that_is_not_required_changes_nothing(tmp_path: Path) ->
         device.override["tip.deflection"] = nan
         rig.cycles(10)
         assert rig.mode is Mode.HOLDING
+
+
+def test_a_frozen_sensor_that_is_not_required_steers_no_more_than_one_that_is_gone(tmp_path: Path) -> None:
+    """The last sample of a deflection sensor, good and ever older: the feedback fades out as without it."""
+    with simple_rig(tmp_path) as (rig, device):
+        rig.arm()
+        device.override["tip.deflection"] = 0.01
+        rig.cycles(1000)
+        steered = rig.value("tip.correction_rad")
+        assert abs(steered) > 1e-3
+        device.age_ns["tip.deflection"] = 10 * MS
+        rig.cycles(1)
+        assert isfinite(rig.value("tip.deflection_m")), "as old as allowed"
+        device.age_ns["tip.deflection"] = 60_000 * MS
+        rig.cycles(1)
+        assert isnan(rig.value("tip.deflection_m"))
+        assert isfinite(rig.value("tip.deflection_raw"))
+        rig.cycles(300)
+        assert rig.mode is Mode.HOLDING
+        assert abs(rig.value("tip.correction_rad")) < 1e-3 * abs(steered)
 
 
 @pytest.mark.parametrize(
