@@ -77,9 +77,7 @@ class PlausibilityWatch:
         for joint in self._joints:
             joint.update(values, now_s, servo_acts)
         for first, second, apart in self._twice:
-            difference = abs(values[first] - values[second])
-            if difference == difference:  # a BAD sample (NaN) is for the quality check
-                values[apart] = difference
+            values[apart] = abs(values[first] - values[second])  # NaN, which no check passes, where either is not known
 
 
 class _PositionWatch:

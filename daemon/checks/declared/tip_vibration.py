@@ -29,9 +29,10 @@ class TipVibrationWatch:
         self._mean, self._square = nan, 0.0
 
     def update(self, values: list[float], now_ns: int, unix_ns: int) -> None:
-        """A BAD sample changes nothing."""
+        """While nothing is measured nobody knows; the means stay as they are."""
         acceleration = values[self._at_acceleration]
         if not isfinite(acceleration):
+            values[self._at_rms] = nan
             return
         if self._mean != self._mean:
             self._mean = acceleration

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from recording.files.export import export
 from recording.files.reader import Log, read_log
 from recording.format.layout import CycleLayout
 from servo_control.signals import Mode
+from tests.support.daemon.simple_device import SimpleDevice, factory
 
 MOVE: dict[str, Any] = {
     "maneuver": {"name": "joint_steps"},
@@ -103,6 +105,19 @@ def test_sensors_that_disagree_stop_the_run(tmp_path: Path) -> None:
         assert rig.mode is Mode.FAULT
         assert "axis positions apart (plant.axis.second_position)" in rig.loop.keeper.why_fault
         assert 0.5e-3 < rig.value("axis.positions_apart") < 0.6e-3
+
+
+def test_a_second_sensor_that_is_gone_agrees_with_nothing(tmp_path: Path) -> None:
+    """Where a limit compares the two, the last difference must not go on passing it."""
+    guarded = measured_twice(("interlocks:\n", "interlocks:\n  plausibility: {apart: 0.1}\n"))
+    made: list[SimpleDevice] = []
+    with LockstepRig(guarded, tmp_path, create=factory(made)) as rig:
+        made[0].override["axis.second_position"] = made[0].positions["axis"]
+        rig.arm()
+        made[0].override["axis.second_position"] = math.nan
+        rig.cycles(1)
+        assert rig.mode is Mode.FAULT
+        assert "axis positions apart" in rig.loop.keeper.why_fault
 
 
 def test_a_limit_on_what_is_not_measured_is_refused() -> None:
