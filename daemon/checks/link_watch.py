@@ -39,6 +39,7 @@ class LinkWatch:
         self._log = log
         self._most_overdue = OVERDUE_SHARE * rig.loop.rate_Hz * PERIOD_S
         self._before: dict[str, float] = {}
+        self._silent: set[str] = set()  # devices that did not say what they count, last time
         self._next_ns = 0
 
     def count_soon(self) -> None:
@@ -59,10 +60,18 @@ class LinkWatch:
             self._before |= numbers
 
     def _collect(self, values: list[float]) -> None:
-        """The fast devices' numbers; those of slow ones come with their samples."""
+        """The fast devices' numbers; those of slow ones come with their samples. A device that raises keeps the ones it had."""
         for name, driver in self._counting:
-            link, of_link = driver.link_counts()
-            for owner, counts in ((name, driver.counts()), (link, of_link)):
+            try:
+                link, of_link = driver.link_counts()
+                counts_of = ((name, driver.counts()), (link, of_link))
+            except Exception as error:  # whatever a driver raises: what it counts moves nothing
+                if name not in self._silent:
+                    self._log.event(Level.WARNING, "device", f"{name} does not say what it counts: {error}")
+                self._silent.add(name)
+                continue
+            self._silent.discard(name)
+            for owner, counts in counts_of:
                 for count, number in counts.items():
                     if (index := self._indices.get(f"{owner}.{count}")) is not None:
                         values[index] = number

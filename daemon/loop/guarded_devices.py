@@ -27,7 +27,10 @@ class GuardedDevices:
             self._bank.read(now_ns, values)
         except Exception as error:  # whatever a driver raises: its inputs are unknown, so outputs become safe
             self._failed("read", error)
-        self._safe_state.follow(values)
+        try:
+            self._safe_state.follow(values)
+        except Exception as error:  # whatever a driver raises
+            self._failed("to say whether it was set up", error)
 
     def write(self, volts: Sequence[float], now_ns: int, values: list[float]) -> None:
         """Commands where outputs act, a step of the proof where that is under way, nothing in other modes."""
@@ -45,10 +48,10 @@ class GuardedDevices:
         """Outputs follow the mode. `countdown_s`: announcement of a proof that begins."""
         self._error_logged = False
         if mode is Mode.ARMING:
-            self._guarded("activate", self._bank.activate)
+            self._begin("activate", self._bank.activate)
         elif mode is Mode.PROVING:
             self._keeper.conditions.proof_over = False
-            self._safe_state.begin(values, countdown_s)
+            self._begin("the proof", lambda: self._safe_state.begin(values, countdown_s))
         elif before is Mode.PROVING:
             self._safe_state.give_up()
             self._guarded("safe", self._bank.safe)
@@ -57,7 +60,11 @@ class GuardedDevices:
 
     @property
     def needs_setup(self) -> bool:
-        return self._bank.needs_setup
+        """Also where a device cannot say."""
+        try:
+            return self._bank.needs_setup
+        except Exception:  # whatever a driver raises: setting it up will show
+            return True
 
     def set_up_again(self, between: Callable[[], None]) -> bool:
         """False when a device refuses, which is a fault and an event; `between` is called after each device."""
@@ -78,6 +85,13 @@ class GuardedDevices:
         finally:
             close_recording()
             self._bank.close()
+
+    def _begin(self, verb: str, action: Callable[[], None]) -> None:
+        """What some devices have begun when one refuses must end with safe outputs on all."""
+        try:
+            action()
+        except Exception as error:  # whatever a driver raises
+            self._failed(verb, error)
 
     def _failed(self, verb: str, error: Exception) -> None:
         if self._keeper.mode is not Mode.FAULT:

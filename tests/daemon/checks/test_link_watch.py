@@ -47,6 +47,21 @@ def warnings(rig: LockstepRig) -> list[str]:
     return [event.text.partition("; lately ")[2] for event in rig.events if event.name == "link_trouble"]
 
 
+def test_a_driver_that_cannot_count_is_told_once_and_moves_nothing(tmp_path: Path) -> None:
+    def broken() -> Mapping[str, float]:
+        raise OSError("adapter gone")
+
+    with proving_rig(tmp_path) as (rig, _):
+        counting = watched(rig)
+        counting.device["received"] = 5.0
+        rig.cycles(10)
+        counting.counts = broken  # type: ignore[method-assign]
+        rig.cycles(3 * HZ)
+        assert rig.mode is Mode.DISARMED
+        assert [event.text for event in rig.events if event.name == "device"] == [f"{ENCODER} does not say what it counts: adapter gone"]
+        assert rig.value(f"{ENCODER}.received") == 5.0
+
+
 def test_every_second_the_counts_are_facts(tmp_path: Path) -> None:
     with proving_rig(tmp_path) as (rig, _):
         counting = watched(rig)

@@ -32,6 +32,27 @@ def test_a_device_that_raises_is_a_fault_and_not_the_end(tmp_path: Path, verb: s
         assert rig.mode is Mode.HOLDING
 
 
+def test_outputs_are_made_safe_on_all_devices_when_one_refuses_to_activate(tmp_path: Path) -> None:
+    """Those before it are active already, and an active valve that is not told stays where it is."""
+
+    def not_ready() -> None:
+        raise OSError("valve not ready")
+
+    with simple_rig(tmp_path) as (rig, device):
+        rig.cycles(2)
+        device.on_activate = not_ready
+        rig.post(OperatorAction.RESET)
+        rig.post(OperatorAction.ARM)
+        rig.until(lambda: rig.mode is Mode.FAULT, 1.0)
+        assert device.verbs[-2:] == ["activate", "safe"]
+        assert "valve not ready" in rig.loop.keeper.why_fault
+        device.on_activate = lambda: None
+        rig.post(OperatorAction.RESET)
+        rig.cycles(3)
+        rig.arm()
+        assert rig.mode is Mode.HOLDING
+
+
 def test_a_device_that_stays_dead_is_told_once_and_not_a_thousand_times_a_second(tmp_path: Path) -> None:
     def cable_off() -> None:
         raise OSError("cable off")

@@ -29,6 +29,19 @@ class PlugIn(SimpleDevice):
     """One device with every channel, which goes safe `took_s` after we fall silent."""
 
     took_s = 0.05
+    cannot_say = ""
+
+    @property
+    def needs_setup(self) -> bool:
+        if self.cannot_say == "needs_setup":
+            raise OSError("no answer")
+        return False
+
+    @property
+    def setup_lost(self) -> str:
+        if self.cannot_say == "setup_lost":
+            raise OSError("no answer")
+        return ""
 
     def prove_safe_state(self) -> ProofSteps:
         yield
@@ -66,6 +79,44 @@ def prove(rig: LockstepRig) -> None:
     rig.cycles(4)
     rig.until(lambda: rig.mode is not Mode.PROVING, 5.0)
     gauges.clear()
+
+
+def test_a_plug_in_that_raises_when_its_proof_begins_is_a_fault_and_not_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def raises(self: PlugIn) -> ProofSteps:
+        raise OSError("no supervision")
+
+    with LockstepRig(plug_in_rig(DEMANDED), tmp_path) as rig:
+        monkeypatch.setattr(PlugIn, "prove_safe_state", raises)
+        prove(rig)
+        assert rig.mode is Mode.FAULT
+        assert "no supervision" in rig.loop.keeper.why_fault
+        monkeypatch.undo()
+
+
+def test_a_plug_in_that_cannot_say_what_it_lost_is_a_fault_and_not_the_end(tmp_path: Path) -> None:
+    with LockstepRig(plug_in_rig(DEMANDED), tmp_path) as rig:
+        prove(rig)
+        rig.arm()
+        plug_in = rig.loop._devices._bank.drivers["plant"]  # type: ignore[attr-defined]
+        plug_in.cannot_say = "setup_lost"
+        rig.cycles(2)
+        assert rig.mode is Mode.FAULT
+        plug_in.cannot_say = ""
+        rig.post(OperatorAction.RESET)
+        rig.cycles(3)
+        assert rig.mode is Mode.DISARMED
+
+
+def test_a_plug_in_that_cannot_say_whether_it_is_set_up_is_set_up_by_a_reset(tmp_path: Path) -> None:
+    with LockstepRig(plug_in_rig(DEMANDED), tmp_path) as rig:
+        rig.cycles(2)
+        plug_in = rig.loop._devices._bank.drivers["plant"]  # type: ignore[attr-defined]
+        plug_in.cannot_say = "needs_setup"
+        before = plug_in.verbs.count("configure")
+        rig.post(OperatorAction.RESET)
+        rig.cycles(3)
+        assert rig.mode is Mode.DISARMED
+        assert plug_in.verbs.count("configure") == before + 1
 
 
 def test_arming_demands_the_proof_of_a_plug_in(tmp_path: Path) -> None:
