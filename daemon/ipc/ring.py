@@ -87,6 +87,11 @@ class Ring:
         return Record(kind, stamp, data)
 
     @property
+    def largest_bytes(self) -> int:
+        """Of a record that finds room wherever the ring stands, once all before it were read: half, since none wraps round the end."""
+        return self._capacity // 2 - 16
+
+    @property
     def dropped(self) -> int:
         """Records that found no room since the ring was made."""
         return self._words[_DROPPED]

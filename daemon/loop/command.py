@@ -7,6 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Protocol
 
+from config.errors import DaemonError
 from daemon.ipc.ring import Ring
 from daemon.modes.mode_machine import OperatorAction
 from servo_control.streaming.any_plan import AnyPlan
@@ -28,13 +29,14 @@ class StartRun:
 class LoopCommand:
     """`leave`: controlled stop, disarm, and end the loop. `start` is a request for motion: it is announced first.
 
-    `countdown_s`: announcement before the action PROVE.
+    `countdown_s`: announcement before the action PROVE. `new_recorder`: it was started again and knows of no recording.
     """
 
     action: OperatorAction = OperatorAction.NONE
     start: StartRun | None = None
     countdown_s: float = 0.0
     leave: bool = False
+    new_recorder: bool = False
 
 
 class CommandSource(Protocol):
@@ -64,8 +66,13 @@ class CommandRing:
         self._ring = ring
 
     def post(self, command: LoopCommand) -> bool:
-        """False when the loop has not fetched what came before."""
-        return self._ring.write(0, 0, pickle.dumps(command, protocol=pickle.HIGHEST_PROTOCOL))
+        """False when the loop has not fetched what came before. DaemonError for a run that is too long for it."""
+        data = pickle.dumps(command, protocol=pickle.HIGHEST_PROTOCOL)
+        if len(data) > self._ring.largest_bytes:
+            value, limit = f"{len(data) / 1e6:.3g}", f"{self._ring.largest_bytes / 1e6:.3g}"
+            advice = "Give a smaller `--repeat`, or a program with fewer moves, and start it again when it has ended."
+            raise DaemonError("the planned run is too long for the loop", value=value, limit=limit, unit="MB", next_step=advice)
+        return self._ring.write(0, 0, data)
 
     def poll(self) -> LoopCommand | None:
         record = self._ring.read()

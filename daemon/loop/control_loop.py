@@ -115,7 +115,7 @@ class ControlLoop:
         mode = keeper.step(values, action, self._overruns.missed_periods)
         if mode is not before:
             self._mode_changed(before, mode)
-        self._span.renew(mode, self._controller)
+        self._span.renew(mode, self._controller, keeper.run.active)
 
     def _set_up_before_reset(self) -> OperatorAction:
         """A reset sets devices up again that have lost their settings. When one refuses it is no reset, and the fault stays."""
@@ -160,6 +160,8 @@ class ControlLoop:
     def _take(self, command: LoopCommand) -> None:
         self._pending.take(command)
         self.keeper.conditions.leaving |= command.leave
+        if command.new_recorder:
+            self._span.begin_anew()
         if command.start is not None:
             self._prepare(command.start)
 

@@ -55,12 +55,15 @@ class RecordingSpan:
         """Call in the first cycle of arming or proving, before the controller steps: its state now is what re-execution starts from."""
         self._open(_SPANS[mode], ARMED_S, controller)
 
-    def renew(self, mode: Mode, controller: ControllerPort) -> None:
-        """Once a cycle, before the controller steps: see to it that the row of this cycle has a recording, and not too long a one."""
+    def renew(self, mode: Mode, controller: ControllerPort, in_run: bool) -> None:
+        """Once a cycle, before the controller steps: see to it that the row of this cycle has a recording, and not too long a one.
+
+        `in_run`: a run is announced or under way; its request stands in this recording, so it ends here too.
+        """
         self._left -= 1
         if self._left >= 0:
             return
-        if mode is Mode.HOLDING:
+        if mode is Mode.HOLDING and not in_run:
             self._open("armed", ARMED_S, controller)
         elif self._standby and mode not in _RECORDED and (not self._log.recording or self._in_standby):
             self._open("standby", STANDBY_S, controller)
@@ -77,6 +80,11 @@ class RecordingSpan:
 
     def _in_span(self, span: str) -> bool:
         return self._log.recording and self._in_standby == (span == "standby")
+
+    def begin_anew(self) -> None:
+        """The recorder knows of no recording: where one is due, the next row begins it."""
+        self.close("the recorder was started again")
+        self._left = 0
 
     def mode_changed(self) -> None:
         self._tail = round(FAULT_TAIL_S * self._rate_Hz)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from recording.files.session import Session
 
 BETWEEN_ROWS_BYTES = 1 << 20  # events and attachments
-COMMAND_RING_BYTES = 4 << 20  # a long planned program
+COMMAND_RING_BYTES = 8 << 20  # twice the longest planned program
 REPORT_BYTES = 1 << 20
 LOOP_SILENT_S = 0.5  # without a cycle
 _SLOW = "slow."  # before the name of a slow device

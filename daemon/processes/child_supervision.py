@@ -8,6 +8,7 @@ import os
 import shutil
 import sys
 import time
+from contextlib import suppress
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
@@ -132,9 +133,21 @@ class ChildSupervision:
         while not all(child.ended() for child in others) and time.monotonic() < limit:
             self._poll()
             await asyncio.sleep(POLL_S)
+        self._kill()
 
-    def kill(self) -> None:
-        """End what is still there."""
+    async def end(self) -> None:
+        """Whatever is still there, also when the supervisor fails: a controlled stop and a closed log; killed is what does not end."""
+        limit = time.monotonic() + STOP_LIMIT_S
+        alive = [child for child in self._children.values() if not child.ended()]
+        for child in alive:
+            child.terminate()
+        while not all(child.ended() for child in alive) and time.monotonic() < limit:
+            with suppress(Exception):  # what the supervisor fails with must not keep the arm from stopping
+                self._feed_watchdog()
+            await asyncio.sleep(POLL_S)
+        self._kill()
+
+    def _kill(self) -> None:
         for child in self._children.values():
             if not child.ended():
                 child.kill()
@@ -163,11 +176,11 @@ class ChildSupervision:
         notify("STOPPING=1")
         self.post(LoopCommand(OperatorAction.DISARM if self._shutdowns > 1 else OperatorAction.NONE, leave=True))
 
-    async def repair_recorder(self) -> None:
-        """Part of a reset: start the recorder anew when it has ended or cannot write, with an event that says so."""
+    async def repair_recorder(self) -> bool:
+        """Part of a reset: start the recorder anew when it has ended or cannot write, with an event that says so. Whether it was."""
         recorder, health = self._children["recorder"], self._channels.recorder_health.get()
         if not recorder.ended() and not (health and RecorderHealth(*health.values).failed):
-            return
+            return False
         recorder.kill()
         before = self._channels.recorder_health.sequence
         self._spawn("recorder")
@@ -178,6 +191,7 @@ class ChildSupervision:
             if time.monotonic() > limit:
                 raise DaemonError("the recorder does not start", limit=RECORDER_START_LIMIT_S, unit="s", next_step="Restart the daemon.")
             await asyncio.sleep(POLL_S)
+        return True
 
     def _poll(self) -> None:
         """Read every report once, notice ended processes, and report our own health to the loop."""
@@ -195,7 +209,7 @@ class ChildSupervision:
         if now < self._next_slow_poll:
             return
         self._next_slow_poll = now + SLOW_POLL_S
-        self._disk_free = float(shutil.disk_usage(self._log_dir).free)
+        self._disk_free = _free_bytes(self._log_dir)
         self._grade.look()
         if self._handlers is not None:
             self._handlers.host_rows = [*self._realtime_rows, self._grade.row()]
@@ -232,7 +246,8 @@ class ChildSupervision:
     def _add(self, event: Event) -> None:
         entry = self.history.add(event)
         text = self._sentences.text(str(entry["text"]))
-        print(f"longreachd: {entry['t_s']:.3f} s {entry['level']} {entry['name']}: {text}", file=sys.stderr, flush=True)
+        with suppress(OSError):  # nobody reads it any more; the socket and the log have it
+            print(f"longreachd: {entry['t_s']:.3f} s {entry['level']} {entry['name']}: {text}", file=sys.stderr, flush=True)
 
     def _feed_watchdog(self) -> None:
         """The watchdog is fed only while the loop moves on."""
@@ -247,3 +262,12 @@ class ChildSupervision:
         mode = self.view.mode(values)
         why = f": {self._sentences.text(str(self.history.fault['text']))}" if mode is Mode.FAULT and self.history.fault else ""
         notify("WATCHDOG=1", f"STATUS={mode.name.lower()}, cycle {int(values[self.facts.index('cycle')])}{why}")
+
+
+def _free_bytes(log_dir: Path) -> float:
+    """Where recordings go; the folder is made again when it was moved away. 0 where none can be written."""
+    try:
+        log_dir.mkdir(parents=True, exist_ok=True)
+        return float(shutil.disk_usage(log_dir).free)
+    except OSError:
+        return 0.0

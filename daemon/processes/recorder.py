@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -78,8 +79,9 @@ class Recorder:
 
     def _drop_old_standby(self) -> None:
         """Keep the newest standby recordings of this rig, so that a service that waits for weeks does not fill the disk."""
-        pattern = f"{self._session.rig_name}-*{STANDBY_ENDING}.mcap"
-        oldest_first = sorted(self._session.log_dir.glob(pattern), key=lambda path: path.stat().st_mtime_ns)
+        of_this_rig = re.compile(rf"{re.escape(self._session.rig_name)}-\d{{8}}-\d{{6}}(-\d+)?{STANDBY_ENDING}\.mcap")  # a name may go on
+        standby = (path for path in self._session.log_dir.iterdir() if of_this_rig.fullmatch(path.name))
+        oldest_first = sorted(standby, key=lambda path: path.stat().st_mtime_ns)
         for path in oldest_first[:-KEPT_STANDBY]:
             path.unlink(missing_ok=True)
 

@@ -70,7 +70,7 @@ async def _run(arguments: argparse.Namespace) -> int:
     try:
         return await _serve(loaded, children, arguments, runtime, log_dir)
     finally:
-        children.kill()
+        await children.end()
         lock.close()
 
 

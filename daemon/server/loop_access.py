@@ -34,8 +34,8 @@ class SupervisedLoop(Protocol):
     def post_set_point(self, point: SetPoint) -> None:
         """Hand it a set point of a run that is driven by hand; the newest counts."""
 
-    async def repair_recorder(self) -> None:
-        """Before a reset: start the recorder anew where it has died."""
+    async def repair_recorder(self) -> bool:
+        """Before a reset: start the recorder anew where it has died. Whether it was."""
 
     def shut_down(self) -> None: ...
 
@@ -59,12 +59,16 @@ class LoopAccess:
             names = ", ".join(check.name for check in failed)
             raise DaemonError(f"{what}: {len(failed)} of {len(checks)} checks fail", value=names, next_step=sentences)
 
-    async def send(self, command: LoopCommand, done: Callable[[], bool], limit_s: float = ANSWER_LIMIT_S) -> None:
-        """Hand the loop a command and wait until it has carried it out and `done()`. DaemonError when it does not in time."""
+    async def send(
+        self, command: LoopCommand, done: Callable[[], bool], limit_s: float = ANSWER_LIMIT_S, posted: Callable[[], None] = lambda: None
+    ) -> None:
+        """Hand the loop a command, which is then `posted()`, and wait until it has carried it out and `done()`. DaemonError when it does
+        not in time, or cannot take it."""
         index = self._loop.facts.index("commands")
         number = self._loop.post(command)
         if not number:
             raise DaemonError("the loop does not fetch its commands", next_step="See `systemctl status longreachd`.")
+        posted()
         limit = time.monotonic() + limit_s
         while not (self.values()[index] >= number and done()):
             if time.monotonic() > limit:

@@ -49,7 +49,8 @@ class RequestHandlers:
         self._rest_checks = rest_checks(rig, loop.facts)
         self._live = LiveValues(rig, loop.facts)
         self._started = time.monotonic()
-        self._runs = self._stops = 0
+        self._runs = 0
+        self._interruptions = 0  # what takes a start back that is still being prepared
         self._starting = asyncio.Lock()
         self.host_rows: list[dict[str, Any]] = []  # what the operating system granted
         self._maneuvers: list[dict[str, Any]] = []
@@ -99,6 +100,7 @@ class RequestHandlers:
             text = advice.get(mode, "It is armed already: `longreach maneuvers` lists what it can run.")
             raise DaemonError("arming refused", value=mode.name.lower(), limit="disarmed", next_step=text)
         self._loop.refuse_failed("arming refused", [check for check in self._checks if check.reaction is not Reaction.WARN])
+        self._interruptions += 1
         await self._loop.send(LoopCommand(OperatorAction.ARM), lambda: self._loop.mode() is not Mode.ARMING)
         if self._loop.mode() is not Mode.HOLDING:
             raise DaemonError(
@@ -108,6 +110,7 @@ class RequestHandlers:
 
     async def disarm(self, params: dict[str, Any]) -> dict[str, Any]:
         """Safe outputs at once, in any mode; a fault stays latched."""
+        self._interruptions += 1
         await self._loop.send(LoopCommand(OperatorAction.DISARM), lambda: self._loop.mode() in SAFE_MODES)
         return {"mode": self._loop.mode().name.lower()}
 
@@ -120,14 +123,14 @@ class RequestHandlers:
             raise DaemonError(
                 "nothing to reset", value=self._loop.mode().name.lower(), next_step="Reset clears a fault or the e-stop while disarmed."
             )
-        await self._supervised.repair_recorder()
+        new_recorder = await self._supervised.repair_recorder()
         before = self._history.last_number
 
         def refused() -> str:
             return next((str(event["text"]) for event in self._history.since(before) if event["name"] == NOT_SET_UP), "")
 
         await self._loop.send(
-            LoopCommand(OperatorAction.RESET),
+            LoopCommand(OperatorAction.RESET, new_recorder=new_recorder),
             lambda: bool(self._loop.mode() is Mode.DISARMED or refused()),
             ANSWER_LIMIT_S + SET_UP_LIMIT_S,
         )
@@ -156,24 +159,22 @@ class RequestHandlers:
         if self._starting.locked():
             raise DaemonError("another start is being prepared", next_step="Wait for it, or `longreach stop`.")
         async with self._starting:
+            before = self._interruptions
             if "settle_s" in params:
-                await self._settle(params.pop("settle_s"))
-            return await self._start(prepare, params)
+                await self._settle(params.pop("settle_s"), before)
+            return await self._start(prepare, params, before)
 
-    async def _settle(self, settle_s: Any) -> None:
+    async def _settle(self, settle_s: Any, before: int) -> None:
         if isinstance(settle_s, bool) or not isinstance(settle_s, (int, float)) or not 0.0 <= settle_s <= LONGEST_SETTLE_S:
             raise DaemonError("settle_s is not usable", value=repr(settle_s)[:80], limit=f"0 to {LONGEST_SETTLE_S:g}", unit="s")
-        limit, stops = time.monotonic() + settle_s, self._stops
+        limit = time.monotonic() + settle_s
         while self._loop.mode() is Mode.HOLDING and (moving := " ".join(not_passed(self._rest_checks, self._loop.values()))):
-            if self._stops != stops:
-                raise DaemonError("start refused: it was stopped while it waited for the arm to be at rest")
-            if client_has_left():
-                raise DaemonError("start cancelled: who asked for it hung up while it waited for the arm to be at rest")
+            self._refuse_if_taken_back(before, "it waited for the arm to be at rest")
             if time.monotonic() >= limit:
                 raise DaemonError(f"start refused: the arm is not at rest after a wait of {settle_s:g} s", next_step=moving)
             await asyncio.sleep(SETTLE_POLL_S)
 
-    async def _start(self, prepare: Prepare, params: dict[str, Any]) -> dict[str, Any]:
+    async def _start(self, prepare: Prepare, params: dict[str, Any], before: int) -> dict[str, Any]:
         self._refuse_unless_holding()
         while_armed = (Reaction.STOP, Reaction.STOP_THEN_FAULT, Reaction.FAULT)
         self._loop.refuse_failed("start refused", [check for check in self._checks if check.reaction in while_armed])
@@ -181,11 +182,23 @@ class RequestHandlers:
         held = [values[self._facts.index(f"{joint}.reference")] for joint in self._rig.joints]
         start = await asyncio.to_thread(prepare, self._rig, self._runs + 1, params, held)  # a long program takes a while
         self._refuse_unless_holding()
-        self._runs += 1
+        self._refuse_if_taken_back(before, "it was planned")
         summary = start.plan.summary()
-        self._history.begin_run(RunResult(self._runs, summary["maneuver"], summary["shaper"], summary["segments"]))
-        await self._loop.send(LoopCommand(start=start), lambda: True)
+        run = RunResult(self._runs + 1, summary["maneuver"], summary["shaper"], summary["segments"])
+        await self._loop.send(LoopCommand(start=start), lambda: True, posted=lambda: self._begin(run))
         return {**summary, "countdown_s": start.countdown_s, "log": self.log["path"]}
+
+    def _begin(self, run: RunResult) -> None:
+        """Of a run that the loop will find: one that could not be handed over would never end."""
+        self._runs = run.run
+        self._history.begin_run(run)
+
+    def _refuse_if_taken_back(self, before: int, while_: str) -> None:
+        """A stop before there is a run to stop is meant for the start that is under way; another arming has another position."""
+        if self._interruptions != before:
+            raise DaemonError(f"start refused: it was stopped while {while_}")
+        if client_has_left():
+            raise DaemonError(f"start cancelled: who asked for it hung up while {while_}")
 
     def _refuse_unless_holding(self) -> None:
         run, mode = self._history.last_run, self._loop.mode()
@@ -207,12 +220,13 @@ class RequestHandlers:
 
     async def stop(self, params: dict[str, Any]) -> dict[str, Any]:
         """Controlled stop along the path, then hold; cancels a run that is still being announced, and ends a proof."""
-        self._stops += 1
+        self._interruptions += 1
         await self._loop.send(LoopCommand(OperatorAction.STOP), lambda: self._loop.mode() not in (Mode.RUNNING, Mode.PROVING))
         return {"mode": self._loop.mode().name.lower()}
 
     async def estop(self, params: dict[str, Any]) -> dict[str, Any]:
         """Safe outputs at once, latched until a reset."""
+        self._interruptions += 1
         await self._loop.send(LoopCommand(OperatorAction.ESTOP), lambda: self._loop.mode() is Mode.FAULT)
         return {"mode": "fault"}
 

@@ -12,8 +12,11 @@ import pytest
 
 from config.errors import DaemonError
 from daemon.checks.declared.tip_vibration import RMS_FACT, TipVibrationWatch
-from daemon.checks.interlocks import rig_facts
+from daemon.checks.interlocks import rest_checks, rig_facts
 from daemon.cli.operate.motion_commands import _tell_waiting
+from daemon.ipc.ring import Ring
+from daemon.loop.command import CommandRing, LoopCommand
+from daemon.server.client_connection import answer_for_client
 from daemon.server.protocol import VERSION, encode
 from daemon.server.socket_server import serve
 from recording.format.fields import field_of_signal
@@ -61,6 +64,18 @@ def test_the_number_is_the_rms_about_the_mean(frequency_Hz: float, bias: float) 
             values[facts.index(field_of_signal(SENSOR))] = math.nan  # a drop-out
         vibration.update(values, 0, 0)
     assert values[facts.index(RMS_FACT)] == pytest.approx(0.8 / math.sqrt(2), rel=0.15)
+
+
+def test_while_the_sensor_is_gone_nobody_knows_whether_the_tip_is_at_rest() -> None:
+    facts = rig_facts(RIG.rig)
+    values, vibration, at = facts.blank(), TipVibrationWatch(RIG.rig, facts), facts.index(field_of_signal(SENSOR))
+    values[at] = 0.0
+    vibration.update(values, 0, 0)
+    assert values[facts.index(RMS_FACT)] == 0.0
+    values[at] = math.nan
+    vibration.update(values, 0, 0)
+    assert math.isnan(values[facts.index(RMS_FACT)])
+    assert not any(check.passes(values) for check in rest_checks(RIG.rig, facts))
 
 
 def held(rig: Any) -> LockstepRequests:
@@ -155,6 +170,52 @@ def test_a_start_is_refused_when_the_arm_stops_holding_while_its_run_is_planned(
             asyncio.run(lockstep.handlers.start({**JOG, "countdown_s": 0.0}))
         assert refused.value.refusal.limit == "holding with no run under way"
         assert lockstep.history.runs == {}
+
+
+@pytest.mark.parametrize("what", ["stop", "disarm and arm", "leaves"])
+def test_what_takes_a_start_back_while_its_run_is_planned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str) -> None:
+    with simple_rig(tmp_path) as (rig, _):
+        lockstep = held(rig)
+
+        async def planned(prepare: Any, *arguments: Any) -> Any:
+            start = prepare(*arguments)
+            if what == "stop":
+                await lockstep.handlers.stop({})
+            elif what == "leaves":
+                answer_for_client(lambda: True)
+            else:
+                await lockstep.handlers.disarm({})
+                await lockstep.handlers.arm({})
+            return start
+
+        monkeypatch.setattr("daemon.server.request_handlers.asyncio.to_thread", planned)
+        with pytest.raises(
+            DaemonError, match="hung up while it was planned" if what == "leaves" else "it was stopped while it was planned"
+        ):
+            asyncio.run(lockstep.handlers.start({**JOG, "countdown_s": 0.0}))
+        rig.cycles(500)
+        assert rig.mode is Mode.HOLDING
+        assert lockstep.history.runs == {}
+
+
+def test_a_run_too_long_for_the_loop_is_refused_and_the_next_one_starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Planned programs go through a ring, which a few thousand repeats would fill."""
+    with simple_rig(tmp_path) as (rig, _):
+        lockstep = held(rig)
+        ring = CommandRing(Ring.create("commands", 64 << 10))
+        in_process = lockstep.post
+
+        def post(command: LoopCommand) -> int:
+            assert ring.post(command)
+            fetched = ring.poll()
+            assert fetched is not None
+            return in_process(fetched)
+
+        monkeypatch.setattr(lockstep, "post", post)
+        with pytest.raises(DaemonError, match=r"the planned run is too long for the loop: 0.0487 MB \(limit: 0.0328 MB\).*--repeat"):
+            asyncio.run(lockstep.handlers.start({**JOG, "repeat": 300, "countdown_s": 0.0}))
+        assert lockstep.history.runs == {}
+        assert asyncio.run(lockstep.handlers.start({**JOG, "countdown_s": 0.0}))["run"] == 1
 
 
 def test_a_second_start_says_which_run_is_under_way(tmp_path: Path) -> None:

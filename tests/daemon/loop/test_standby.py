@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from daemon.cycle.log_stream import RecordKind
+from daemon.loop.command import LoopCommand
 from daemon.modes.mode_machine import OperatorAction
 from daemon.processes.recorder import KEPT_STANDBY, Recorder, Session
 from recording.evaluation.replay import reexecute
@@ -55,6 +56,46 @@ def test_old_standby_recordings_make_room_and_armed_ones_stay(tmp_path: Path) ->
     assert len(standby) == KEPT_STANDBY
     assert standby[-1] == max(standby)
     assert len(names) - len(standby) == KEPT_STANDBY + 3
+
+
+def test_standby_recordings_of_a_rig_whose_name_goes_on_are_another_rigs(tmp_path: Path) -> None:
+    others = [tmp_path / f"{RIG.rig.name}-2-20260101-00000{number}-standby.mcap" for number in range(KEPT_STANDBY + 2)]
+    for path in others:
+        path.write_bytes(b"")
+    Recorder(Session.of(RIG, tmp_path, {})).handle(
+        RecordKind.OPEN, 0, json.dumps({"controller_state": {}, "facts": {"span": "standby"}}).encode()
+    )
+    assert all(path.exists() for path in others)
+
+
+def test_a_new_recorder_gets_a_recording_of_its_own(tmp_path: Path) -> None:
+    """The one before had begun a standby recording that is good for ten minutes; the new one knows nothing of it."""
+    with simple_rig(tmp_path) as (rig, _):
+        rig.loop._span._standby = True  # as in the daemon
+        rig.cycles(20)
+        began = int(rig.value("cycle"))
+        rig.recorder.abandon()
+        rig.commands.post(LoopCommand(OperatorAction.RESET, new_recorder=True))
+        rig.cycles(50)
+        rig.arm()
+    logs = [read_log(path) for path in rig.recorder.finished]
+    assert [log.metadata["recording"]["span"] for log in logs] == ["standby", "armed"]
+    assert began < logs[0].columns["cycle"][0] < began + 5
+    assert logs[0].columns["cycle"][-1] + 1 == logs[1].columns["cycle"][0]
+
+
+def test_an_announced_run_stands_in_one_recording_with_its_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("daemon.loop.recording_span.ARMED_S", 0.5)
+    with simple_rig(tmp_path) as (rig, _):
+        rig.arm()
+        rig.start({**JOG, "countdown_s": 2.0})
+        rig.until(lambda: rig.mode is Mode.RUNNING, 5.0)
+        rig.until(lambda: rig.mode is Mode.HOLDING, 20.0)
+        rig.cycles(10)
+    logs = [read_log(path) for path in rig.recorder.finished]
+    (of_run,) = (log for log in logs if np.any(log.columns["maneuver"] == 1))
+    assert "run-1.json" in of_run.attachments
+    assert reexecute(of_run.path).identical
 
 
 def test_a_long_armed_recording_is_cut_between_runs_and_every_part_re_executes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from daemon.server.protocol import Client
 from drivers.output_register import OutputRegister
 from recording.evaluation.replay import reexecute
 from recording.files.reader import read_log
+from servo_control.signals import Mode
 from tests.support.daemon.running_daemon import RunningDaemon, arm, terminate, until
 
 pytestmark = pytest.mark.clock
@@ -235,6 +236,45 @@ def test_a_supervisor_that_dies_ends_the_rest_in_order_and_the_next_start_is_dis
         with RunningDaemon(tmp_path) as again, again.wait_until_ready() as client:
             assert mode(client) == "disarmed"
             assert client.call("status")["run"] is None
+
+
+def test_a_supervisor_that_fails_stops_the_arm_in_order_and_closes_the_log(tmp_path: Path) -> None:
+    """A mistake of ours in the supervisor must not kill the process that moves the arm."""
+    trouble = tmp_path / "trouble"
+    (tmp_path / "sitecustomize.py").write_text(
+        "import os, shutil\n"
+        "usage = shutil.disk_usage\n"
+        "def disk_usage(path):\n"
+        f"    if os.path.exists({str(trouble)!r}):\n"
+        "        raise RuntimeError('a mistake of ours')\n"
+        "    return usage(path)\n"
+        "shutil.disk_usage = disk_usage\n"
+    )
+    before = {"PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
+    with RunningDaemon(tmp_path, environment=before) as daemon:
+        with daemon.wait_until_ready() as client:
+            arm(client)
+            client.call("start", **LONG_JOG)
+            until(lambda: mode(client) == "running")
+        trouble.touch()
+        assert daemon.process.wait(20) == 1
+        assert "a mistake of ours" in daemon.text()
+        assert effective(daemon) == (0.0, 0.0)
+        log = read_log(daemon.latest_log())
+        assert log.complete
+        assert Mode.STOPPING in log.columns["mode"]
+
+
+def test_the_folder_of_the_logs_may_be_moved_away_while_the_arm_holds(tmp_path: Path) -> None:
+    with RunningDaemon(tmp_path) as daemon, daemon.wait_until_ready() as client:
+        arm(client)
+        daemon.logs.rename(tmp_path / "elsewhere")
+        until(daemon.logs.is_dir)
+        assert mode(client) == "holding"
+        client.call("disarm")
+        arm(client)
+        client.call("disarm")
+        until(lambda: read_log(daemon.latest_log()).complete)
 
 
 def test_a_dead_control_process_ends_the_daemon_with_its_log_closed(tmp_path: Path) -> None:

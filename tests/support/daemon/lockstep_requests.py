@@ -41,8 +41,8 @@ class LockstepRequests:
     def post_set_point(self, point: SetPoint) -> None:
         self.rig.set_points.post(point)
 
-    async def repair_recorder(self) -> None:
-        return
+    async def repair_recorder(self) -> bool:
+        return False
 
     def shut_down(self) -> None:
         self.shutdowns += 1
