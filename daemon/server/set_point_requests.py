@@ -70,9 +70,11 @@ class SetPointRequests:
         return {"run": self._run, "validity": self._history.runs[self._run].validity}
 
     def _send(self, point: SetPoint, over: bool) -> None:
-        """The loop takes the newest set point: what ends the run must not be overtaken."""
+        """The loop takes the newest set point: what ends the run must not be overtaken, and takes back one that does not move yet."""
         self._over = over
         self._post(point)
+        if over:
+            self._cancel()
 
     def _refuse_others(self, params: Mapping[str, Any]) -> None:
         run = self._history.runs.get(self._run)
@@ -123,11 +125,15 @@ class SetPointRequests:
         while self._run == run and not self._over and self._history.runs[run].validity == "running":
             if self._owner():
                 self._send(SetPoint(run, Wanted.CLIENT_LEFT, (), 0.0), over=True)
-                self._cancel()
                 return
             await asyncio.sleep(LEFT_POLL_S)
 
 
 def _number(value: Any) -> float:
     """NaN for what is none; the protocol writes null for a number that is not finite."""
-    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else nan
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return nan
+    try:
+        return float(value)
+    except OverflowError:  # a whole number beyond all floats
+        return nan

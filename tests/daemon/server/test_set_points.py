@@ -195,6 +195,24 @@ def test_a_client_that_hangs_up_stops_the_arm(requests: LockstepRequests, state:
     asyncio.run(scene())
 
 
+@pytest.mark.parametrize("point", [{"end": True}, {"rate": {"rotary": 10**400}}], ids=["end", "beyond all floats"])
+def test_what_ends_driving_takes_back_a_run_that_is_still_announced(requests: LockstepRequests, point: dict[str, Any]) -> None:
+    """Its driver is done, so nothing may begin when the countdown is over."""
+
+    async def scene() -> None:
+        driver = Driver(requests)
+        await announced(driver)
+        await driver.call("set_point", run=driver.run, **point)
+        driver.rig.cycles(5)
+        driver.owner.gone = True
+        result = await driver.settled()
+        assert "stop was asked for before it began" in result["reason"]
+        driver.rig.cycles(20_000)
+        assert driver.rig.mode is Mode.HOLDING
+
+    asyncio.run(scene())
+
+
 @pytest.mark.parametrize("state", [disarmed, announced, driving, maneuver, fault])
 def test_a_run_by_hand_begins_only_while_holding(requests: LockstepRequests, state: Callable[[Driver], Awaitable[None]]) -> None:
     async def scene() -> None:
