@@ -23,6 +23,8 @@ from config.errors import DaemonError, LongreachError
 VERSION = 1
 MAX_LINE_BYTES = 1 << 20
 DEFAULT_TIMEOUT_S = 30.0
+_LONGER_S = {"prove": 50.0, "reset": 10.0}  # a rig's longest countdown and all proofs; a recorder and all devices set up anew
+_WAITS = ("timeout_s", "settle_s", "countdown_s")  # parameters by which an answer comes later
 
 RequestId = str | int | None
 
@@ -130,11 +132,13 @@ class Client:
         """The daemon's result. Raises the daemon's refusal (a LongreachError), or DaemonError when the connection fails."""
         request_id = self._next_id
         self._next_id += 1
-        self._socket.settimeout(self._timeout_s + sum(float(params.get(wait) or 0.0) for wait in ("timeout_s", "settle_s")))
+        longest_s = self._timeout_s + _LONGER_S.get(method, 0.0) + sum(float(params.get(wait) or 0.0) for wait in _WAITS)
         try:
+            self._socket.settimeout(longest_s)
             self._socket.sendall(encode({"v": VERSION, "id": request_id, "method": method, "params": params}))
             answer = json_object(self._line())
         except OSError as error:
+            self.close()  # an answer that comes late after all must not be taken for that of the next request
             raise no_answer(self._where, error) from error
         return result_of(answer)
 

@@ -38,7 +38,12 @@ async def broken(params: dict[str, Any]) -> dict[str, Any]:
     raise ZeroDivisionError("oops")
 
 
-METHODS = {"echo": echo, "refuse": refuse, "broken": broken}
+async def late(params: dict[str, Any]) -> dict[str, Any]:
+    await asyncio.sleep(0.2)
+    return {"late": True}
+
+
+METHODS = {"echo": echo, "refuse": refuse, "broken": broken, "late": late}
 
 
 def answered(line: bytes) -> dict[str, Any]:
@@ -144,6 +149,44 @@ def test_client_and_server_over_a_real_socket(server: Path) -> None:
             client.call("refuse")
         assert client.call("echo") == {"params": {}}, "a refusal does not end the connection"
     assert server.stat().st_mode & 0o777 == 0o600
+
+
+def test_after_a_time_out_a_late_answer_is_not_taken_for_the_next_one(server: Path) -> None:
+    with Client(server, timeout_s=0.05) as client:
+        with pytest.raises(DaemonError, match="no answer from the daemon"):
+            client.call("late")
+        with pytest.raises(DaemonError, match="no answer from the daemon"):
+            client.call("echo", text="mine")
+
+
+@pytest.mark.parametrize(
+    ("method", "params", "longest_s"),
+    [("prove", {"countdown_s": 60.0}, 60.0 + 20.0), ("prove", {}, 30.0 + 20.0), ("reset", {}, 35.0), ("start", {"settle_s": 600.0}, 600.0)],
+)
+def test_the_client_waits_longer_than_the_daemon_may_take(
+    server: Path, monkeypatch: pytest.MonkeyPatch, method: str, params: dict[str, float], longest_s: float
+) -> None:
+    """`prove`: countdown (the rig's, at most 30 s, if none is given), and 20 s; `reset`: recorder and devices anew."""
+    waits: list[float] = []
+    with Client(server) as client:
+        monkeypatch.setattr(client, "_socket", Recording(client._socket, waits))
+        with pytest.raises(DaemonError):
+            client.call(method, **params)
+    assert waits[-1] > longest_s
+
+
+class Recording:
+    """A socket that keeps the time-outs it is given."""
+
+    def __init__(self, real: socket.socket, waits: list[float]) -> None:
+        self._real, self._waits = real, waits
+
+    def settimeout(self, seconds: float) -> None:
+        self._waits.append(seconds)
+        self._real.settimeout(seconds)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._real, name)
 
 
 def test_a_line_without_end_is_refused_and_others_are_still_served(server: Path) -> None:
