@@ -82,7 +82,7 @@ def _opened_loop(rig: Rig, channels: Channels, commands: CommandSource) -> tuple
     granted = request_realtime(rig.loop)
     log = LogStream(CycleLayout.of_rig(rig), channels.records, channels.events)
     recording = Recording(log, Timing(channels.timing.words), _in_log(granted), standby=True)
-    others = OtherProcesses(commands, MailboxHealth(channels, facts), channels.set_points)
+    others = OtherProcesses(commands, MailboxHealth(channels, facts, rig.loop.rate_Hz), channels.set_points)
     return ControlLoop(rig, facts, WallClock(rig.loop.spin_s, 1.0 / rig.loop.rate_Hz), bank, others, recording), granted
 
 

@@ -5,23 +5,23 @@ from __future__ import annotations
 from daemon.cycle.facts import Facts
 from daemon.processes.channels import Channels, RecorderHealth, SupervisorHealth
 
-EVERY_CYCLES = 10  # their health changes slowly, and the supervisor polls 50 times a second
+EVERY_S = 0.01  # their health changes slowly, and the supervisor polls 50 times a second
 NEVER_S = 1e9  # age of what was never reported
 
 
 class MailboxHealth:
     """Health of the other processes on the wall clock: see daemon.loop.other_processes.ProcessHealth."""
 
-    def __init__(self, channels: Channels, facts: Facts) -> None:
+    def __init__(self, channels: Channels, facts: Facts, rate_Hz: float) -> None:
         self._status = channels.status
         self._recorder, self._supervisor = channels.recorder_health, channels.supervisor_health
         at = facts.index
         self._recorder_age, self._recorder_failed = at("recorder.age_s"), at("recorder.failed")
         self._supervisor_age, self._disk_free, self._host_rate = at("supervisor.age_s"), at("disk.free_bytes"), at("host.rate_Hz")
-        self._cycle = 0
+        self._cycle, self._every = 0, max(1, round(EVERY_S * rate_Hz))
 
     def update(self, values: list[float], now_ns: int) -> None:
-        if self._cycle % EVERY_CYCLES:
+        if self._cycle % self._every:
             return
         recorder, supervisor = self._recorder.get(), self._supervisor.get()
         lost, free, rate_Hz = 0.0, 0.0, 0.0
@@ -37,5 +37,5 @@ class MailboxHealth:
 
     def publish(self, values: list[float], now_ns: int, urgent: bool) -> None:
         self._cycle += 1
-        if urgent or self._cycle % EVERY_CYCLES == 0:
+        if urgent or self._cycle % self._every == 0:
             self._status.put(now_ns, values)
