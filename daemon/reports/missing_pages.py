@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from config.errors import LongreachError
@@ -22,31 +23,39 @@ Say = Callable[[str], None]
 
 def make_missing(folder: Path, simulate: bool, say: Say) -> Iterator[Path]:
     """Make every page that is missing, newest log first; a log that gets none is told and left out. Standby recordings have no runs."""
-    for log in sorted(recordings(folder), key=lambda path: path.stat().st_mtime_ns, reverse=True):
-        if log.stem.endswith(STANDBY_ENDING) or not was_closed(log):
-            continue
-        try:
-            yield from _missing(recorded(log), simulate, say)
-        except LongreachError as error:
-            say(f"no page of {log.name}: {error}")
+    for log, _ in _newest_first(folder):
+        yield from _made(log, simulate, say)
 
 
 def watch(folder: Path, simulate: bool, say: Say) -> Iterator[Path]:
-    """The same for ever: logs that are closed from now on get their pages within seconds. A log that got none is not tried again."""
-    told: set[str] = set()
-
-    def once(line: str) -> None:
-        if line not in told:
-            told.add(line)
-            say(line)
-
-    seen: dict[Path, int] = {}
+    """The same for ever: logs that are closed from now on get their pages within seconds. Each is looked at once, and again when it
+    changes."""
+    done: dict[Path, int] = {}
     while True:
-        now = {log: log.stat().st_mtime_ns for log in recordings(folder)}
-        if now != seen:
-            yield from make_missing(folder, simulate, once)
-            seen = now
+        for log, changed_ns in _newest_first(folder):
+            if done.get(log) != changed_ns:
+                yield from _made(log, simulate, say)
+            done[log] = changed_ns
         time.sleep(LOOK_S)
+
+
+def _newest_first(folder: Path) -> list[tuple[Path, int]]:
+    """Recordings that may have runs, with the time of their last change in ns; one may be removed meanwhile."""
+    found = []
+    for log in recordings(folder):
+        with suppress(FileNotFoundError):
+            if not log.stem.endswith(STANDBY_ENDING):
+                found.append((log, log.stat().st_mtime_ns))
+    return sorted(found, key=lambda each: each[1], reverse=True)
+
+
+def _made(log: Path, simulate: bool, say: Say) -> Iterator[Path]:
+    """None of a recording that goes on, or was moved away meanwhile."""
+    try:
+        if was_closed(log):
+            yield from _missing(recorded(log), simulate, say)
+    except (LongreachError, FileNotFoundError) as error:
+        say(f"no page of {log.name}: {error}")
 
 
 def _missing(log: Recorded, simulate: bool, say: Say) -> Iterator[Path]:

@@ -6,6 +6,7 @@ A log that was cut has no index and one of another system no events: these are r
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -61,7 +62,7 @@ def recorded(path: Path) -> Recorded:
             reader = make_reader(file)
             if reader.get_summary() is not None:
                 return _from_end(path, reader)
-    except McapError:
+    except (McapError, OSError, ValueError, struct.error):
         pass  # no index that can be trusted: read it whole
     return _from_rows(path)
 

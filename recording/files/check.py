@@ -106,13 +106,13 @@ def _time(log: Log) -> LogFinding:
 
 
 def _drops(log: Log) -> LogFinding:
-    drops = int(log.columns["drops"][-1])
+    drops = int(log.metadata.get("closing", {}).get("drops", log.counted("drops")))
     return LogFinding("drops", "error" if drops else "ok", f"{drops} records did not reach the log")
 
 
 def _late(log: Log) -> LogFinding:
     late = log.columns["late_us"][np.isfinite(log.columns["late_us"])]
-    overruns = int(log.columns["overruns"][-1])
+    overruns = log.counted("overruns")
     if not len(late):
         return LogFinding("timing", "ok", "no timing was recorded")
     grade: Grade = "warning" if overruns else "ok"

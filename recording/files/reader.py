@@ -58,6 +58,10 @@ class Log:
         t = self.columns["t_s"]
         return float(t[-1] - t[0]) if len(t) > 1 else 0.0
 
+    def counted(self, column: str) -> int:
+        """How much a count that runs since the loop's start grew from the first row to the last."""
+        return int(self.columns[column][-1] - self.columns[column][0])
+
 
 def read_log(path: str | Path) -> Log:
     """Everything that is whole in the file. Raises LogError when it is no log of longreach or holds no cycle definition."""

@@ -22,7 +22,9 @@ from daemon.reports.run_report import run_page, write_reports
 from daemon.reports.simulated_run import simulated_run
 from daemon.reports.trace import Trace
 from recording.evaluation.vibration import hold_vibration
+from recording.files.catalogue import recorded
 from recording.files.reader import Log, open_rig, read_log
+from recording.files.scan import MAGIC
 from tests.support.daemon.rigs import simple_rig
 from tests.support.recording import session
 from tests.support.static_page import opened, outside_links
@@ -177,6 +179,28 @@ def test_watching_makes_the_page_of_a_log_when_it_is_closed(tmp_path: Path) -> N
     assert next(pages) == tmp_path / "a-run-1.html"
     (tmp_path / "a.mcap").rename(tmp_path / "b.mcap")
     assert next(pages) == tmp_path / "b-run-1.html"
+
+
+def test_watching_looks_once_at_a_log_that_gets_no_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever else changes in the folder meanwhile, such as the standby recording that a daemon writes all the time."""
+    (tmp_path / "bad.mcap").write_bytes(MAGIC + b"no records" + MAGIC)
+    looked: list[Path] = []
+    turns = iter(range(3))
+
+    def standby_goes_on(seconds: float) -> None:
+        (tmp_path / "a-standby.mcap").write_bytes(b"x" * next(turns))
+
+    def looks(log: Path) -> object:
+        looked.append(log)
+        return recorded(log)
+
+    monkeypatch.setattr("daemon.reports.missing_pages.recorded", looks)
+    monkeypatch.setattr("daemon.reports.missing_pages.time.sleep", standby_goes_on)
+    said: list[str] = []
+    with pytest.raises(RuntimeError, match="StopIteration"):
+        next(watch(tmp_path, simulate=False, say=said.append))
+    assert looked == [tmp_path / "bad.mcap"]
+    assert len(said) == 1
 
 
 def test_watching_needs_a_folder_and_a_report_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -120,7 +120,9 @@ def test_check_finds_what_is_wrong(tmp_path: Path) -> None:
     t[80] = t[79]
     position = np.zeros(100)
     position[10:] = np.nan
-    path = altered(tmp_path, {"cycle": cycle, "t_s": t, "drops": 5, "overruns": 2, "rotary.position": position, "maneuver": 3})
+    # Columns count since the loop's start: 7 drops and an overrun belong to recordings before this one.
+    drops, overruns = np.where(cycle < 50, 7, 12), np.where(cycle < 50, 1, 3)
+    path = altered(tmp_path, {"cycle": cycle, "t_s": t, "drops": drops, "overruns": overruns, "rotary.position": position, "maneuver": 3})
     assert finding(path, "whole")[0] == "ok"
     assert finding(path, "cycles") == ("error", "5 cycles missing in 1 places, first after cycle 59 at t = 0.059 s")
     assert finding(path, "time") == ("error", "time does not increase at row 80: 0.079 s, then 0.079 s")
