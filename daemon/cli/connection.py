@@ -8,17 +8,20 @@ from contextlib import suppress
 from os import PathLike
 from typing import Any
 
-from config.errors import LongreachError
+from config.errors import DaemonError, LongreachError
 from config.stated_sentences import StatedSentences, sentences_from
 from daemon.processes.paths import socket_path
-from daemon.server.protocol import Client
+from daemon.server.protocol import DEFAULT_TIMEOUT_S, Client
+
+STOP_PATIENCE_S = 6.0  # the daemon itself waits 5 s for the loop
+BY_HAND = "Press the hardware e-stop, or shut off the hydraulic pressure. Then `longreach status`: does a daemon run?"
 
 
 class OperatorClient(Client):
     """A connection whose refusals come in the units of the rig file, unless `si`."""
 
-    def __init__(self, path: str | PathLike[str], si: bool) -> None:
-        super().__init__(path)
+    def __init__(self, path: str | PathLike[str], si: bool, timeout_s: float = DEFAULT_TIMEOUT_S) -> None:
+        super().__init__(path, timeout_s)
         self._sentences: StatedSentences | None = StatedSentences({}) if si else None
 
     def __enter__(self) -> OperatorClient:
@@ -54,6 +57,19 @@ def ask(arguments: argparse.Namespace, method: str, **params: Any) -> dict[str, 
     """One request, one answer."""
     with connect(arguments) as client:
         return client.call(method, **params)
+
+
+def ask_to_stop(arguments: argparse.Namespace, method: str, name: str) -> dict[str, Any]:
+    """A request that somebody beside a moving arm waits for: when nobody answers soon, what is left to do is said at once."""
+    try:
+        with OperatorClient(socket_path(arguments.socket), si=arguments.json, timeout_s=STOP_PATIENCE_S) as client:
+            return client.call(method)
+    except DaemonError as error:
+        if error.__cause__ is None:  # the daemon's own refusal
+            raise
+        raise DaemonError(
+            f"the {name} was NOT delivered", value=error.refusal.value, where=error.refusal.where, next_step=BY_HAND
+        ) from error
 
 
 def show(arguments: argparse.Namespace, answer: dict[str, Any], text: str) -> None:

@@ -26,7 +26,7 @@ from daemon.processes.child_supervision import ChildSupervision
 from daemon.processes.runtime_lock import RuntimeLock
 from daemon.processes.sd_notify import notify
 from daemon.server.request_handlers import RequestHandlers
-from daemon.server.socket_server import serve
+from daemon.server.socket_server import serving
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -85,14 +85,10 @@ async def _serve(rig: LoadedRig, children: ChildSupervision, arguments: argparse
         print(f"longreachd: {rig.rig.name} was told to end while it started; its outputs stayed safe", flush=True)
         return await children.watch()
     socket_path = Path(arguments.socket) if arguments.socket else runtime / "longreach.sock"
-    server = await serve(socket_path, arguments.group, handlers.methods)
-    try:
+    async with serving(socket_path, arguments.group, handlers.methods):
         print(f"longreachd: {rig.rig.name} is disarmed; socket {socket_path}, logs {log_dir}, process {os.getpid()}", flush=True)
         notify("READY=1", "STATUS=disarmed")
         return await children.watch()
-    finally:
-        server.close()
-        socket_path.unlink(missing_ok=True)
 
 
 if __name__ == "__main__":

@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import grp
 import os
-from collections.abc import Awaitable, Callable, Mapping
-from contextlib import suppress
+import shlex
+import socket
+import stat
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +20,23 @@ from daemon.server.protocol import MAX_LINE_BYTES, error_line, parse_request, re
 Methods = Mapping[str, Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]]
 
 
+@asynccontextmanager
+async def serving(path: Path, group: str | None, methods: Methods) -> AsyncIterator[None]:
+    """`serve` for a while. At its end the socket goes, unless somebody has put another one in its place."""
+    server = await serve(path, group, methods)
+    made = path.lstat()
+    try:
+        yield
+    finally:
+        server.close()
+        with suppress(FileNotFoundError):
+            if os.path.samestat(path.lstat(), made):
+                path.unlink()
+
+
 async def serve(path: Path, group: str | None, methods: Methods) -> asyncio.Server:
-    """Listen at `path`, for the user and, if given, the group. The caller holds the runtime lock, so an old socket is a leftover."""
-    path.unlink(missing_ok=True)
+    """Listen at `path`, for the user and, if given, the group. DaemonError where somebody listens already, or another file stands."""
+    _remove_leftover(path)
     umask = os.umask(0o177)  # nobody else may connect before the group is set
     try:
         server = await asyncio.start_unix_server(lambda reader, writer: _client(reader, writer, methods), path, limit=MAX_LINE_BYTES)
@@ -31,6 +48,24 @@ async def serve(path: Path, group: str | None, methods: Methods) -> asyncio.Serv
     if group is not None:
         _allow_group(path, group)
     return server
+
+
+def _remove_leftover(path: Path) -> None:
+    """A socket on which nobody listens was left by a daemon that was killed. Whose requests a living one gets must not change: an e-stop
+    would go to the other rig."""
+    with suppress(FileNotFoundError):
+        if not stat.S_ISSOCK(path.lstat().st_mode):
+            raise DaemonError("the socket's place is taken by a file", where=str(path), next_step="Give another place with --socket.")
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
+            try:
+                asking.connect(str(path))
+            except ConnectionRefusedError:
+                path.unlink()
+                return
+            except PermissionError:
+                pass  # somebody else's, who may listen
+        advice = f"Give another place with --socket; `longreach --socket {shlex.quote(str(path))} status` asks the daemon that is there."
+        raise DaemonError("another daemon has this socket", where=str(path), next_step=advice)
 
 
 def _allow_group(path: Path, group: str) -> None:

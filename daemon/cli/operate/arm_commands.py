@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 
 from config.errors import DaemonError
-from daemon.cli.connection import add_json_option, ask, connect, show
+from daemon.cli.connection import add_json_option, ask, ask_to_stop, connect, show
 from daemon.cli.estop_at_once import OUTPUTS_SAFE
 from daemon.cli.shown.check_table import checks_lines
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
@@ -15,7 +15,6 @@ _DONE = {
     "arm": "armed: the arm holds its position",
     "disarm": "disarmed: outputs are safe",
     "reset": "reset: the daemon is disarmed",
-    "estop": OUTPUTS_SAFE,
 }
 
 
@@ -34,7 +33,7 @@ def reset_options(parser: argparse.ArgumentParser) -> None:
 
 
 def estop_options(parser: argparse.ArgumentParser) -> None:
-    _verb(parser, "estop", _tell)
+    _verb(parser, "estop", _estop)
 
 
 def _verb(parser: argparse.ArgumentParser, verb: str, command: Callable[[argparse.Namespace], int]) -> None:
@@ -46,6 +45,11 @@ def _tell(arguments: argparse.Namespace) -> int:
     answer = ask(arguments, arguments.verb)
     still_fault = arguments.verb == "disarm" and answer.get("mode") == "fault"
     show(arguments, answer, "outputs are safe; the fault stays until `longreach reset`" if still_fault else _DONE[arguments.verb])
+    return 0
+
+
+def _estop(arguments: argparse.Namespace) -> int:
+    show(arguments, ask_to_stop(arguments, "estop", "e-stop"), OUTPUTS_SAFE)
     return 0
 
 

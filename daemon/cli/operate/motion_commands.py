@@ -11,7 +11,7 @@ from typing import Any
 
 from config.errors import DaemonError
 from config.stated_sentences import StatedSentences
-from daemon.cli.connection import add_json_option, ask, connect, show
+from daemon.cli.connection import add_json_option, ask_to_stop, connect, show
 from daemon.cli.operate.status_commands import status_view
 from daemon.cli.shaper_option import add_shaper_options, shaper_request
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
@@ -141,9 +141,10 @@ def wait_for(client: Any, run: int, on_status: Any = None) -> dict[str, Any]:
 
 def _stop(arguments: argparse.Namespace) -> int:
     try:
-        answer = ask(arguments, "stop")
-    except DaemonError:
-        print("longreach: if the arm still moves, `longreach estop` makes the outputs safe at once", file=sys.stderr)
+        answer = ask_to_stop(arguments, "stop", "stop")
+    except DaemonError as error:
+        if error.__cause__ is None:
+            print("longreach: if the arm still moves, `longreach estop` makes the outputs safe at once", file=sys.stderr)
         raise
     show(arguments, answer, _STOPPED.get(str(answer.get("mode")), _STOPPED["stopping"]))
     return 0

@@ -11,20 +11,16 @@ from pathlib import Path
 from config.errors import LongreachError
 from daemon.live.playback.log_methods import LogMethods
 from daemon.live.playback.log_player import LogPlayer
-from daemon.server.socket_server import serve
+from daemon.server.socket_server import serving
 
 _END_S = 5.0
 
 
 async def serve_played(player: LogPlayer, socket: Path, ended: asyncio.Event, ready: Callable[[], None]) -> None:
     """Until `ended`; `ready` is called once views can connect. DaemonError when the socket cannot be made."""
-    server = await serve(socket, None, LogMethods(player).methods)
-    try:
+    async with serving(socket, None, LogMethods(player).methods):
         ready()
         await ended.wait()
-    finally:
-        server.close()
-        socket.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -40,8 +36,8 @@ def played(player: LogPlayer, socket: Path) -> Iterator[None]:
             refused.append(error)
             begun.set()
 
-    serving = threading.Thread(target=run, daemon=True)
-    serving.start()
+    server = threading.Thread(target=run, daemon=True)
+    server.start()
     begun.wait()
     if refused:
         raise refused[0]
@@ -49,4 +45,4 @@ def played(player: LogPlayer, socket: Path) -> Iterator[None]:
         yield
     finally:
         loop.call_soon_threadsafe(ended.set)
-        serving.join(_END_S)
+        server.join(_END_S)

@@ -85,9 +85,26 @@ def test_the_usual_command_asks_again(first: str, tmp_path: Path, capsys: pytest
     assert capsys.readouterr().out == f"{OUTPUTS_SAFE}\n"
 
 
-def test_without_a_daemon_the_usual_command_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--socket", str(tmp_path / "none"), "estop"]) == 1
-    assert "no answer from the daemon" in capsys.readouterr().err
+@pytest.mark.parametrize("verb", ["estop", "stop"])
+def test_where_nobody_answers_the_hardware_e_stop_is_what_is_left(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--socket", str(tmp_path / "none"), verb]) == 1
+    said = capsys.readouterr().err
+    assert f"the {'e-stop' if verb == 'estop' else 'stop'} was NOT delivered" in said
+    assert "Press the hardware e-stop, or shut off the hydraulic pressure." in said
+    assert said.endswith("next: longreach status\n")
+
+
+@pytest.mark.parametrize("verb", ["estop", "stop"])
+def test_a_daemon_that_hangs_is_told_in_seconds(
+    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("daemon.cli.estop_at_once._PATIENCE_S", 0.05)
+    monkeypatch.setattr("daemon.cli.connection.STOP_PATIENCE_S", 0.05)
+    with socket.socket(socket.AF_UNIX) as hangs:
+        hangs.bind(str(tmp_path / "s"))
+        hangs.listen()
+        assert main(["--socket", str(tmp_path / "s"), verb]) == 1
+    assert "was NOT delivered: timed out" in capsys.readouterr().err
 
 
 def test_other_words_go_the_usual_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from config.errors import DaemonError, ManeuverError
 from daemon.server.protocol import MAX_LINE_BYTES, Client, encode, error_from, error_line, parse_request
-from daemon.server.socket_server import answer, serve
+from daemon.server.socket_server import answer, serve, serving
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
@@ -234,6 +234,45 @@ def test_no_daemon_says_how_to_start_one(tmp_path: Path) -> None:
     stale.close()
     with pytest.raises(DaemonError, match="left over"):
         Client(tmp_path / "stale")
+
+
+async def started(path: Path) -> None:
+    async with serving(path, None, METHODS):
+        pass
+
+
+def test_the_socket_of_a_living_daemon_stays_its_own(server: Path) -> None:
+    """An e-stop for one rig must not reach another one."""
+    with pytest.raises(DaemonError, match="another daemon has this socket"):
+        asyncio.run(started(server))
+    with Client(server) as client:
+        assert client.call("echo") == {"params": {}}
+
+
+def test_what_a_killed_daemon_left_is_replaced_and_removed_at_the_end(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as leftover:
+        leftover.bind(str(tmp_path / "s"))
+    assert (tmp_path / "s").exists()
+    asyncio.run(started(tmp_path / "s"))
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_file_in_the_sockets_place_stays(tmp_path: Path) -> None:
+    rig = tmp_path / "my_rig.yaml"
+    rig.write_text("name: my_rig\n")
+    with pytest.raises(DaemonError, match=r"my_rig.yaml: the socket's place is taken by a file"):
+        asyncio.run(started(rig))
+    assert rig.read_text() == "name: my_rig\n"
+
+
+def test_a_socket_that_somebody_else_has_put_there_is_not_removed(tmp_path: Path) -> None:
+    async def replaced() -> None:
+        async with serving(tmp_path / "s", None, METHODS):
+            (tmp_path / "s").unlink()
+            (tmp_path / "s").write_text("another one's")
+
+    asyncio.run(replaced())
+    assert (tmp_path / "s").read_text() == "another one's"
 
 
 def test_the_socket_is_for_the_user_and_the_group(tmp_path: Path) -> None:
