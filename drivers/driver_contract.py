@@ -15,7 +15,7 @@ Outputs = tuple[float, ...]
 
 
 class DriverContract:
-    """`make` gives a fresh driver, `actual_outputs` what its device does now, seen past the driver."""
+    """`make` gives a fresh driver, `actual_outputs` what its device does now, seen past the driver, also after close()."""
 
     safe_outputs: Outputs
 
@@ -117,6 +117,13 @@ class DriverContract:
         driver.write(self.a_command(driver), self.fresh_time())
         assert self.actual_outputs(driver) == tuple(self.a_command(driver))
         driver.close()
+
+    def test_close_makes_the_outputs_safe(self) -> None:
+        driver = self.active()
+        driver.write(self.a_command(driver), self.fresh_time())
+        assert self.actual_outputs(driver) == tuple(self.a_command(driver))
+        driver.close()
+        assert self.actual_outputs(driver) == self.safe_outputs
 
     def test_write_after_close_is_refused(self) -> None:
         driver = self.active()

@@ -146,20 +146,22 @@ _TEST = '''\
 
 from __future__ import annotations
 
-from longreach_NAME import Driver, Options
+from longreach_NAME import Driver, Memory, Options
 
 from drivers.driver_contract import DriverContract, Outputs
 
 
 class TestDriver(DriverContract):
     safe_outputs = (0.0,)
+    device: Memory | None = None
 
     def make(self) -> Driver:
         return Driver("device", Options(), timeout_s=1.0)
 
     def actual_outputs(self, driver: Driver) -> Outputs:
-        """What the device does, seen past the driver."""
-        return (driver.device.output_V if driver.device else 0.0,)
+        """What the device does, seen past the driver, also after the driver has given it back."""
+        self.device = driver.device or self.device
+        return (self.device.output_V if self.device else 0.0,)
 '''
 
 

@@ -50,20 +50,27 @@ class TestSimOnTheWallClock(DriverContract):
 
 
 class TestSimInLockstep(DriverContract):
+    """Its register in a file as well, which shows the outputs after close() too."""
+
     safe_outputs = (0.0, 0.0)
     now_ns = 0
 
+    @pytest.fixture(autouse=True)
+    def _register_file(self, tmp_path: Path) -> None:
+        self.path = tmp_path / "plant.outputs"
+
     def make(self) -> Driver:
-        return create("plant", RIG.devices["plant"], RIG, lockstep=True)
+        return SimDriver("plant", RIG.devices["plant"], RIG, lockstep=True, register_path=self.path)
 
     def fresh_time(self) -> int:
         self.now_ns += MS
         return self.now_ns
 
     def actual_outputs(self, driver: Driver) -> Outputs:
-        assert isinstance(driver, SimDriver)
-        assert driver._register is not None
-        return driver._register.effective(self.now_ns)
+        register = OutputRegister.attach(self.path)
+        values = register.effective(self.now_ns)
+        register.close()
+        return values
 
 
 def driver(lockstep: bool, timeout_s: float = 0.1) -> SimDriver:
