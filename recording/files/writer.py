@@ -112,7 +112,11 @@ class _WholeWrites:
         except OSError as error:
             raise self._refusal(error) from error
         self._length = 0
-        self._sync_name()
+        try:
+            self._sync_name()
+        except OSError as error:
+            os.close(self._descriptor)
+            raise self._refusal(error) from error
 
     def write(self, data: bytes) -> int:
         view, written = memoryview(data), 0
