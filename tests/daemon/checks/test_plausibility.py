@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan, pi, sqrt
+from math import exp, nan, pi, sqrt
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -142,6 +142,33 @@ def test_unexplained_motion_is_the_leaky_sum_of_what_the_command_should_have_mov
     bench.put("mode", float(Mode.FAULT))
     bench.sample(0.0)
     assert bench.failed() == [], "a reset must be able to arm again"
+
+
+def test_a_command_of_the_null_bias_moves_nothing() -> None:
+    """The valve is shut at 0.2 V, so that 0 V is a motion that does not come: a leaky sum of -0.2 V times the rate per volt."""
+    bias_V = 0.2
+    rig = rig_from_text(apply_overrides(LOADED.text, [f"servo.rotary.null_bias={bias_V} V"]))
+    still, shut = Bench(rig), Bench(rig)
+    still.put("rotary.command_V", bias_V)
+    cycles, keep = 40, exp(-0.001 / 0.1)
+    for _ in range(cycles + 1):  # the first sample is compared with nothing
+        still.sample(0.3)
+        shut.sample(0.3)
+    assert still.value(FLOW) == pytest.approx(0.0, abs=1e-15)
+    rate = bias_V / rig.servo["rotary"].velocity_feedforward
+    assert shut.value(FLOW) == pytest.approx(rate * 0.001 * (1.0 - keep**cycles) / (1.0 - keep))
+
+
+@pytest.mark.parametrize(("periods", "counts"), [(50, True), (51, False)])
+def test_a_command_older_than_50_ms_explains_nothing_and_accuses_of_nothing(periods: int, counts: bool) -> None:
+    bench, volts = Bench(), 0.1
+    bench.put("rotary.command_V", volts)
+    bench.sample(0.3)
+    bench.sample(0.3, periods)
+    rate = volts / LOADED.rig.servo["rotary"].velocity_feedforward
+    assert bench.value(FLOW) == (pytest.approx(rate * 0.05) if counts else 0.0)
+    bench.sample(0.3)
+    assert bench.value(FLOW) == pytest.approx(rate * 0.001 + (exp(-0.001 / 0.1) * rate * 0.05 if counts else 0.0)), "and it begins anew"
 
 
 def test_reactions_are_those_of_the_rig_file_and_absent_limits_are_not_checked() -> None:
