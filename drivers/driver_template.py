@@ -148,10 +148,10 @@ from __future__ import annotations
 
 from longreach_NAME import Driver, Memory, Options
 
-from drivers.driver_contract import DriverContract, Outputs
+from drivers.driver_contract import OutputContract, Outputs
 
 
-class TestDriver(DriverContract):
+class TestDriver(OutputContract):
     safe_outputs = (0.0,)
     device: Memory | None = None
 

@@ -9,7 +9,7 @@ from config.errors import ConfigError, DriverError
 from config.loading.load import load_rig
 from config.schema.rig import Device
 from drivers.contract import Driver
-from drivers.driver_contract import DriverContract, Outputs
+from drivers.driver_contract import OutputContract, Outputs
 from drivers.output_register import OutputRegister
 from drivers.sim import SimDriver, create
 
@@ -17,7 +17,7 @@ RIG = load_rig("ornl_testbed").rig
 MS = 1_000_000
 
 
-class TestSimOnTheWallClock(DriverContract):
+class TestSimOnTheWallClock(OutputContract):
     """The register file is read as another process would read it."""
 
     safe_outputs = (0.0, 0.0)
@@ -49,7 +49,7 @@ class TestSimOnTheWallClock(DriverContract):
         driver.close()
 
 
-class TestSimInLockstep(DriverContract):
+class TestSimInLockstep(OutputContract):
     """Its register in a file as well, which shows the outputs after close() too."""
 
     safe_outputs = (0.0, 0.0)

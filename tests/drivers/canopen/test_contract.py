@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from drivers.contract import Driver
-from drivers.driver_contract import DriverContract, Outputs
+from drivers.driver_contract import DriverContract, OutputContract, Outputs
 from tests.support.drivers.canopen_rig import encoder, io_module, valve
 from tests.support.drivers.local_nodes import EncoderNode, IoNode, NodeBench, ValveNode
 
@@ -36,26 +36,14 @@ class OnTheBus(DriverContract):
 
 
 class TestEncoder406(OnTheBus):
-    safe_outputs = ()
-
     def prepare(self) -> None:
         EncoderNode(self.bench, 3)
 
     def make(self) -> Driver:
         return self.kept(encoder(self.bench.channel, 3))
 
-    def actual_outputs(self, driver: Driver) -> Outputs:
-        return ()
 
-    # An encoder has nothing to write, so nothing to refuse.
-    test_write_before_activate_is_refused = None
-    test_write_after_safe_needs_a_new_activate = None
-    test_write_after_close_is_refused = None
-    test_wrong_number_of_outputs_is_refused_and_safe = None
-    test_command_that_is_no_number_is_refused_and_safe = None
-
-
-class TestValve408(OnTheBus):
+class TestValve408(OnTheBus, OutputContract):
     """The spool of the node, past the protocol; it follows the set point in ACTIVE only."""
 
     safe_outputs = (0.0,)
@@ -71,7 +59,7 @@ class TestValve408(OnTheBus):
         return (self.node.spool / 16384,)
 
 
-class TestIo401(OnTheBus):
+class TestIo401(OnTheBus, OutputContract):
     safe_outputs = (0.0, 0.0)
 
     def prepare(self) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from drivers import registry
 from drivers.contract import Driver
-from drivers.driver_contract import DriverContract, Outputs
+from drivers.driver_contract import DriverContract, OutputContract, Outputs
 from sim_backend.twin.can.valve_states import ValveState
 
 pytestmark = pytest.mark.clock  # a device in a thread of its own must change its state within 50 ms
@@ -17,7 +17,7 @@ SETTLE_S = 5.0
 
 
 class AgainstTheTwin(DriverContract):
-    """`device` of the rig. A command needs some cycles to act: a valve takes a state a cycle, and its spool a stroke."""
+    """`device` of the rig."""
 
     device = ""
 
@@ -37,6 +37,10 @@ class AgainstTheTwin(DriverContract):
         self.made.append(driver)
         return driver
 
+
+class WithOutputs(AgainstTheTwin, OutputContract):
+    """A command needs some cycles to act: a valve takes a state a cycle, and its spool a stroke."""
+
     def a_command(self, driver: Driver) -> list[float]:
         return [0.25 for _ in driver.outputs]
 
@@ -51,19 +55,13 @@ class AgainstTheTwin(DriverContract):
 
 class TestEncoder(AgainstTheTwin):
     device = "rotary_encoder"
-    safe_outputs: Outputs = ()
-    test_write_before_activate_is_refused = None
-    test_write_after_safe_needs_a_new_activate = None
-    test_write_after_close_is_refused = None
-    test_wrong_number_of_outputs_is_refused_and_safe = None
-    test_command_that_is_no_number_is_refused_and_safe = None
 
 
-class TestGauges(TestEncoder):
+class TestGauges(AgainstTheTwin):
     device = "gauges"
 
 
-class TestValveByItsOwnAccount(AgainstTheTwin):
+class TestValveByItsOwnAccount(WithOutputs):
     """The first write takes a valve one state up only, so a command is written until the valve is ACTIVE."""
 
     device = "rotary_valve"
@@ -90,7 +88,7 @@ class TestValveByItsOwnAccount(AgainstTheTwin):
         return (round(self.running.twin.bench.device(self.device).demand_counts / 16384, 3),)
 
 
-class TestAnalogueModule(AgainstTheTwin):
+class TestAnalogueModule(WithOutputs):
     device = "io"
     safe_outputs: Outputs = (0.0,)
 
