@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, pi, radians
 from typing import Any
 
 import pytest
@@ -73,6 +73,28 @@ def test_little_more_is_changed_than_has_to_be(rig: Rig) -> None:
     near, far = (float(mended(rig, request(line(y0=y0_m)))["y0"].split()[0]) for y0_m in (0.1, 3.0))
     assert 12 * INCH < near < 12.1 * INCH
     assert 59.8 * INCH < hypot(far, 30 * INCH) < 60 * INCH
+
+
+TONE = {"joint": "rotary", "from": 3.0, "to": 3.0001, "duration": 20, "fade": 9}  # faded slowly, which adds next to nothing
+# Key, and what the rig allows of it: by hand, from the testbed's limits and where the arm stands.
+ALLOWED = [
+    (content("jog", joint="rotary", by="100 deg"), "by", radians(88.0)),
+    (content("jog", joint="rotary", by="-100 deg"), "by", -radians(88.0)),
+    (content("jog", joint="prismatic", by="3 m"), "by", 60 * INCH - HOME[1]),
+    (content("jog", joint="prismatic", by="-3 m"), "by", 12 * INCH - HOME[1]),
+    (content("jog", joint="rotary", by="30 deg", speed="100 deg/s"), "speed", radians(60.0)),
+    (content("fast_strokes", joint="prismatic", by="10 in", acceleration="99 m/s^2"), "acceleration", 130 * INCH),
+    (content("sine_sweep", amplitude="5 deg", **TONE), "amplitude", radians(600.0) / (2 * pi * 3.0) ** 2),  # a = A w^2
+    (content("sine_sweep", amplitude="12 deg", **TONE | {"from": 1.0, "to": 1.0001}), "amplitude", radians(60.0) / (2 * pi)),  # v = A w
+    (content("sine_sweep", on="command", amplitude="2 V", **TONE), "amplitude", 5.0 * 0.35),  # following error x gain
+    (line(y0=0.4, moves=[0.1, -0.2, 0.1], speed=0.6, acceleration=2.54), "speed", 0.4 * radians(60.0)),  # v = y0 w, beside the hub
+]
+
+
+@pytest.mark.parametrize(("maneuver", "key", "allowed"), ALLOWED, ids=[f"{each['kind']} {key} {most:.3g}" for each, key, most in ALLOWED])
+def test_what_is_told_is_the_most_that_the_limit_allows(rig: Rig, maneuver: dict[str, Any], key: str, allowed: float) -> None:
+    told = mended(rig, request(maneuver, () if maneuver["kind"] == "straight_line" else HOME))
+    assert 0.997 < float(told[key].split()[0]) / allowed < 1.0
 
 
 @pytest.mark.parametrize(
