@@ -8,7 +8,6 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -88,19 +87,16 @@ def _lost_to_a_kill(tmp_path: Path, records: int) -> int:
     return last - log.cycles
 
 
-def test_growth_and_cost_at_1_kHz(tmp_path: Path) -> None:
+def test_a_log_at_1_kHz_grows_by_less_than_a_megabyte_a_second(tmp_path: Path) -> None:
     layout = CycleLayout(logs.JOINTS)
     packed = [layout.pack(row) for row in logs.rows(layout, 5000)]
     writer = LogWriter(tmp_path / "a.mcap", layout, {}, {})
-    start = time.process_time()
     for k, data in enumerate(packed):
         writer.cycle(k * 1_000_000, data)
         if k % 100 == 99:
             writer.flush()
-    cost_us = (time.process_time() - start) / len(packed) * 1e6
     writer.close({})
     assert (tmp_path / "a.mcap").stat().st_size / 5.0 < 1e6  # bytes a second; 0.43 MB/s seen with noise in every field
-    assert cost_us < 40  # 8 to 12 us seen on an idle machine
 
 
 def _write_all(writer: LogWriter, packed: list[bytes]) -> None:
