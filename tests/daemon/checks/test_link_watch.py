@@ -9,11 +9,17 @@ from pathlib import Path
 import can
 import pytest
 
-from daemon.lockstep import LockstepRig
+from config.loading.load import load_rig
+from daemon.checks.interlocks import rig_facts
+from daemon.checks.link_watch import LinkWatch
+from daemon.cycle.log_stream import LogStream
+from daemon.lockstep import DirectSink, LockstepRig
 from daemon.modes.mode_machine import OperatorAction
 from drivers.canopen.bus import CanopenBus
 from drivers.canopen.counts import BUS_COUNTS, DEVICE_COUNTS, BusState
 from recording.files.reader import read_log
+from recording.format.event import decode_event
+from recording.format.layout import CycleLayout
 from servo_control.signals import Mode
 from tests.support.daemon.can_daemon import can_daemon
 from tests.support.daemon.proving_rig import RIG, proving_rig
@@ -94,6 +100,18 @@ def test_losses_are_told_once(tmp_path: Path, count: str, number: float, text: s
         (counting.bus if owner == "can0" else counting.device)[name] = number
         rig.cycles(3 * HZ)
         assert warnings(rig) == [text]
+
+
+def test_polls_of_a_slow_device_that_fail_are_told_once() -> None:
+    rig = load_rig("ornl_testbed_can").rig
+    facts, told = rig_facts(rig), []
+    supervisor = DirectSink(lambda kind, stamp_ns, data: told.append(decode_event(data).text))
+    watch = LinkWatch(rig, {}, facts.indices, LogStream(CycleLayout.of_rig(rig), DirectSink(lambda *_: None), supervisor))
+    values = facts.blank()
+    for second, (polls, failed) in enumerate([(50.0, 0.0), (100.0, 4.0), (150.0, 4.0)]):
+        values[facts.index("hydraulic_unit.polls")], values[facts.index("hydraulic_unit.failed_polls")] = polls, failed
+        watch.update(values, second * 1_000_000_000)
+    assert told == ["hydraulic_unit: 100 polls, 4 failed polls; lately hydraulic_unit.failed_polls +4"]
 
 
 def test_single_late_frames_and_frames_of_others_are_no_trouble(tmp_path: Path) -> None:
