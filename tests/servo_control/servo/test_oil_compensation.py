@@ -79,6 +79,13 @@ def test_a_feedback_gets_its_share_of_the_friction_and_gives_way_to_the_referenc
     assert table.volts(full, -1.0) == table.volts(full)
 
 
+def test_a_feedback_is_lent_nothing_of_a_negative_friction() -> None:
+    """-0.02 V at 20 °C corrects the feed-forward; lent to a feedback it would push the wrong way."""
+    table = _table()
+    table.measure(20.0)
+    assert (table.volts(0.0, 1.0), table.volts(0.0, -1.0)) == (0.0, 0.0)
+
+
 def test_nothing_before_the_first_sample_and_the_last_one_is_kept_when_samples_are_lost() -> None:
     table = _table()
     table.measure(nan)
