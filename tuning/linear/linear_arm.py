@@ -1,7 +1,7 @@
 """The rotary joint with valve, oil and flexible link as a linear system: derivatives of the running plant's own equations.
 
-Nothing is written down twice: the matrices are central differences of `kernel.rates` about rest, with Coulomb friction and stiction
-taken out (a stuck joint has no frequency response) and the extension held.
+Nothing is written down twice: the matrices are central differences of `kernel.rates` about rest, with dry friction taken out (a stuck
+joint has no frequency response) and the extension held.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ import numpy as np
 
 from config.schema.rig import Rig
 from sim_backend.kernel import kernel
-from sim_backend.kernel.parameters import Parameters
 from sim_backend.kernel.rates import rates
 from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, SLOTS, C, D, J, Vector, X
 from sim_backend.memory.work import WORK, W
 from sim_backend.plant import SimulatedRig
 from tuning.arrays import Complexes, Floats
+from tuning.linear.dry_friction import take_out_dry_friction
 from tuning.variants import ROTARY
 
 STATES: tuple[int, ...] = (
@@ -81,8 +81,8 @@ def linear_arm(
     """
     plant = SimulatedRig(rig)
     values, offset = plant.parameters.values, plant.parameters.offset
-    gone = [offset(J.COULOMB, ROTARY), offset(J.STICTION, ROTARY), *([C.BENDING_STIFFNESS] if rigid else [])]
-    values[[*gone, *([] if link_damping else [C.LINK_DAMPING])]] = 0.0
+    bristles = take_out_dry_friction(plant.parameters, ROTARY)
+    values[[*([C.BENDING_STIFFNESS] if rigid else []), *([] if link_damping else [C.LINK_DAMPING])]] = 0.0
     if payload_kg is not None:
         values[C.PAYLOAD] = payload_kg
     if not valve_lag:
@@ -91,7 +91,7 @@ def linear_arm(
     plant.state[D_STRIDE + D.VELOCITY] = 0.0
     a, b = jacobians(at_rest(plant.state), values)
     if stuck:
-        _hold(a, values, plant.parameters)
+        _hold(a, bristles, values[offset(J.AREA_A, ROTARY)])
     return _with_outputs(a, b / values[offset(J.FULL_SCALE, ROTARY)], extension_m, rigid)
 
 
@@ -105,13 +105,13 @@ def _with_outputs(a: Floats, b: Floats, extension_m: float, rigid: bool) -> Line
     return LinearArm(a[np.ix_(keep, keep)], b[keep], position, deflection, extension_m)
 
 
-def _hold(a: Floats, values: Vector, parameters: Parameters) -> None:
-    """Add what the bristles do. The pressure of a chamber acts by a torque as they do, which tells what a torque moves."""
+def _hold(a: Floats, bristles: Vector, area: float) -> None:
+    """Add what the bristles do, by their stiffness and damping. The pressure of a chamber acts on its area by a torque as they do, which
+    tells what a torque moves."""
     pressures = [STATES.index(D.PRESSURE_A), STATES.index(D.PRESSURE_B)]
-    by_torque = a[:, pressures[0]] / values[parameters.offset(J.AREA_A, ROTARY)]
+    by_torque = a[:, pressures[0]] / area
     by_torque[pressures] = 0.0
-    a[:, 0] -= by_torque * values[parameters.offset(J.BRISTLE_STIFFNESS, ROTARY)]
-    a[:, 1] -= by_torque * values[parameters.offset(J.BRISTLE_DAMPING, ROTARY)]
+    a[:, :2] -= np.outer(by_torque, bristles)
 
 
 def at_rest(state: Vector) -> Vector:

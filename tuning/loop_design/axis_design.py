@@ -21,11 +21,10 @@ from tuning.linear.closed_loop import Servo, least_damping, sampled_loop
 from tuning.linear.family import GAINS
 from tuning.linear.hydraulic_axis import is_hydraulic_axis
 from tuning.linear.linear_arm import LinearArm
-from tuning.linear.linear_axis import linear_axis
+from tuning.linear.linear_axis import has_bristles, linear_axis
 from tuning.linear.pace import pace_of
 from tuning.loop_design.lag_lead_design import Demands, DesignProblem, at_pace
 from tuning.loop_design.rotary_joint import DesignedJoint
-from tuning.variants import plant_of
 
 SHARES = (0.0, 0.5, 1.0)  # of the travel
 OPENINGS = (-0.3, -0.03, 0.03, 0.3)  # of the spool's stroke
@@ -50,11 +49,11 @@ def axis_places(rig: Rig) -> list[AxisPlace]:
         raise ManeuverError("the design needs a hydraulic axis and its plant", value=rig.arm.kind, where=rig.name, next_step=advice)
     (joint,) = rig.joints.values()
     low, high = joint.travel
-    rubs = any(entry.effect == "coulomb_friction" for entry in plant_of(rig).effects)
     found = []
     for share, opening in product(SHARES, (0.0, *OPENINGS)):
         position = low + share * (high - low)
-        found.append(AxisPlace(linear_axis(rig, position, opening, friction=rubs), position, opening, rubs and not opening))
+        axis = linear_axis(rig, position, opening, friction=True)
+        found.append(AxisPlace(axis, position, opening, held=not opening and has_bristles(axis)))
     return found
 
 

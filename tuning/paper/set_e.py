@@ -11,12 +11,13 @@ from config.schema.rig import Rig
 from sim_backend.memory.layout import C, D, J
 from sim_backend.plant import SimulatedRig
 from tuning.eq4 import NUMERATOR, PRODUCT_PER_S2, SUM_PER_S
+from tuning.linear.dry_friction import take_out_dry_friction
 from tuning.linear.family import LEAK_PER_S
 from tuning.linear.linear_arm import STATES, at_rest, jacobians
 from tuning.variants import ROTARY
 
 INERTIA_KG_M2 = 13.0
-NOT_IN_SET_E = (J.COULOMB, J.STICTION, J.VALVE_TIME, J.HYSTERESIS, J.HOSE_COMPLIANCE, J.AIR_FRACTION, J.VISCOUS_OIL_SHARE)
+NOT_IN_SET_E = (J.VALVE_TIME, J.HYSTERESIS, J.HOSE_COMPLIANCE, J.AIR_FRACTION, J.VISCOUS_OIL_SHARE)
 
 
 def set_e(rig: Rig) -> SimulatedRig:
@@ -32,6 +33,7 @@ def set_e(rig: Rig) -> SimulatedRig:
     p[C.ARM], p[C.BULK_MODULUS], p[C.BULK_PRESSURE_SLOPE] = 0.0, modulus, 0.0
     p[offset(J.MASS, ROTARY)], p[offset(J.VISCOUS, ROTARY)] = INERTIA_KG_M2, viscous * INERTIA_KG_M2
     p[offset(J.LAMINAR_PRESSURE, ROTARY)] = 1.0
+    take_out_dry_friction(plant.parameters, ROTARY)
     for index in NOT_IN_SET_E:
         p[offset(index, ROTARY)] = 0.0
     coefficient, rounding = p[offset(J.FLOW_COEFFICIENT, ROTARY)], p[offset(J.ROUNDING, ROTARY)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 import control
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.optimize import brentq
 from config.schema.rig import Rig
 from sim_backend.memory.layout import J
 from sim_backend.plant import SimulatedRig
+from tests.support.sim_backend.plants import ornl, with_effects
 from tuning.linear.closed_loop import Servo, least_damping, modes, sampled_loop
 from tuning.linear.linear_arm import LinearArm, linear_arm
 from tuning.loop_design.arm_design import arm_problem
@@ -54,6 +56,26 @@ def test_rigid_joint_is_the_formula_of_set_r(rig: Rig) -> None:
     expected = 43.09 / DEG * 7752 / (s**2 + 93.4 * s + 7752) * valve / s
     found = arm.response(2 * pi * f, arm.position)
     assert np.abs(found / expected - 1).max() < 0.012
+
+
+def _rotary_slides_freely(content: dict[str, Any]) -> None:
+    rubs = ("coulomb_friction", "stiction")
+    content["plant"]["effects"] = [e for e in content["plant"]["effects"] if e["where"] != "rotary" or e["effect"] not in rubs]
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"effect": "asymmetric_friction", "friction_difference": "40 N*m"},
+        {"effect": "unnamed_remainder", "position": ["-0.1 rad", "0.1 rad"], "friction": ["50 N*m", "60 N*m"]},
+    ],
+    ids=lambda effect: str(effect["effect"]),
+)
+def test_dry_friction_of_any_effect_is_left_out(effect: dict[str, Any]) -> None:
+    """The 1185 N·m·s/rad of the bristles' damping, more than the joint's whole viscous drag, are none of a joint that slides."""
+    smooth = linear_arm(ornl(_rotary_slides_freely), 0.9)
+    rough = linear_arm(ornl(with_effects({**effect, "where": "rotary"})), 0.9)
+    assert rough.a == pytest.approx(smooth.a, rel=1e-6, abs=1e-6)
 
 
 def test_linear_arm_moves_as_the_plant_does(rig: Rig) -> None:

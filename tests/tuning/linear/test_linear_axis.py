@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +14,11 @@ from config.loading.load import load_rig
 from config.schema.rig import Rig
 from sim_backend.memory.layout import J
 from sim_backend.plant import SimulatedRig
+from tests.support.sim_backend.plants import variant, with_effects, without
 from tuning.linear.closed_loop import modes
 from tuning.linear.linear_arm import LinearArm
 from tuning.linear.linear_axis import linear_axis
+from tuning.loop_design.axis_design import axis_places
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +98,24 @@ def test_friction_while_it_slides_is_that_of_the_plant(axis: Rig) -> None:
     seen = _stepped(axis, 0.3, 0.01)
     expected = _linear_step(linear_axis(axis, 0.157, 0.03, friction=True), 0.01)
     assert np.abs(seen - expected).max() < 0.05 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(
+    ("effect", "holds"),
+    [
+        ({"effect": "pressure_friction", "coefficient": "4 N/bar"}, True),
+        ({"effect": "unnamed_remainder", "position": ["0.1 m", "0.2 m"], "friction": ["300 N", "300 N"]}, True),
+        ({"effect": "unnamed_remainder", "position": ["0.1 m", "0.2 m"], "force": ["0 N", "1e-6 N"]}, False),
+    ],
+)
+def test_dry_friction_of_any_effect_is_taken_in_or_left_out(effect: dict[str, Any], holds: bool) -> None:
+    """Sliding as the plant does with it; without it, as one whose friction was deleted; held where something rubs."""
+    smooth = variant("analogue_axis", without("coulomb_friction", "stiction"))
+    rough = variant("analogue_axis", without("coulomb_friction", "stiction"), with_effects({**effect, "where": "axis"}))
+    assert linear_axis(rough, 0.15).a == pytest.approx(linear_axis(smooth, 0.15).a, rel=1e-5, abs=1e-5)
+    assert {place.held for place in axis_places(rough) if not place.opening} == {holds}
+    expected = _linear_step(linear_axis(rough, 0.157, 0.03, friction=True), 0.01)
+    assert np.abs(_stepped(rough, 0.3, 0.01) - expected).max() < 0.05 * np.abs(expected).max()
 
 
 def test_friction_holds_it_at_rest_as_the_plants_does(axis: Rig) -> None:
