@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import reduce
 from math import degrees, exp, log10, pi, radians, sqrt
 
 import control
@@ -47,6 +48,63 @@ def test_margins_of_a_second_order_loop(damping: float) -> None:
     # |S|² over y = (w/ω)² is y (y + 4ζ²) / ((1 − y)² + 4ζ² y); its derivative vanishes at y = (1 + √(1 + 8ζ²))/2
     y = (1 + sqrt(1 + 8 * damping**2)) / 2
     assert found.sensitivity_peak == pytest.approx(sqrt(y * (y + 4 * damping**2) / ((1 - y) ** 2 + 4 * damping**2 * y)), rel=1e-6)
+
+
+@pytest.mark.parametrize("times", [0.5, 1.5, 4.0])
+def test_margins_of_a_loop_beyond_its_limit_are_below_zero(times: float) -> None:
+    """K/(s (s² + a s + b)) is stable up to K = a b (Routh), whatever the phase at its crossover."""
+    found = margins(lambda w: times * 140.0 * 6150.0 / (1j * w * ((1j * w) ** 2 + 140.0 * 1j * w + 6150.0)))
+    assert found.gain_margin_dB == pytest.approx(-20 * log10(times), abs=1e-4)
+    assert (found.phase_margin_deg > 0.0) == (times < 1.0)
+    x = max(np.roots([1.0, 140.0**2 - 2 * 6150.0, 6150.0**2, -((times * 140.0 * 6150.0) ** 2)]).real)  # ω² where |L| = 1
+    below = degrees(np.arctan2(140.0 * sqrt(x), 6150.0 - x)) - 90.0  # beyond −180°
+    assert found.phase_margin_deg == pytest.approx(-below, abs=1e-4)
+
+
+@pytest.mark.parametrize("times", [0.7, 1.5, 20.0, 60.0])
+def test_a_loop_that_is_stable_between_two_gains_only(times: float) -> None:
+    """K (s + 2)²/(s³ (s/200 + 1)²): its closed loop's poles are asked between which gains."""
+    loop = control.tf(np.poly([-2.0, -2.0]), np.polymul([1.0, 0.0, 0.0, 0.0], np.polymul([1 / 200, 1], [1 / 200, 1])))
+
+    def stable(gain: float) -> bool:
+        return bool((control.feedback(gain * loop, 1).poles().real < 0.0).all())
+
+    found = margins(lambda w: times * loop(1j * w))
+    assert (found.phase_margin_deg > 0.0) == (found.gain_margin_dB > 0.0) == stable(times)
+    if found.gain_margin_dB > -np.inf:
+        edge = times * 10 ** (found.gain_margin_dB / 20)
+        assert (stable(0.999 * edge), stable(1.001 * edge)) == (True, False)
+
+
+def test_the_sign_of_margins_is_that_of_the_poles() -> None:
+    """Sixty random loops with up to two integrators, resonances and zeros, against the poles of their closed loops."""
+    random = np.random.default_rng(7)
+    seen = []
+    for _ in range(60):
+        loop = _random_loop(random)
+        closed = control.feedback(loop, 1).poles().real
+        if abs(closed).min() < 0.01:  # on the edge, to rounding
+            continue
+        found = margins(lambda w, loop=loop: loop(1j * w))
+        seen.append(bool(closed.max() < 0.0))
+        assert [found.phase_margin_deg > 0.0, found.gain_margin_dB > 0.0] == [seen[-1]] * 2
+    assert min(seen.count(True), seen.count(False)) > 15
+
+
+def _random_loop(random: np.random.Generator) -> control.TransferFunction:
+    """Of relative degree 1 at least; its gain is 1 somewhere between 0.3 and 10 Hz."""
+
+    def corner(low: float, high: float) -> float:
+        return float(2 * pi * 10 ** random.uniform(low, high))
+
+    poles = [[1.0, 0.0]] * int(random.integers(0, 3))
+    for _ in range(random.integers(2, 4)):
+        w = corner(-0.5, 1.3)
+        poles.append([1.0, 2 * random.uniform(0.05, 1.0) * w, w * w] if random.random() < 0.5 else [1.0, w])
+    bottom = reduce(np.polymul, poles, np.ones(1))
+    top = np.atleast_1d(np.poly([-corner(-1.0, 1.3) for _ in range(random.integers(0, 2))]))
+    at = 1j * corner(-0.5, 1.0)
+    return control.tf(top * abs(np.polyval(bottom, at) / np.polyval(top, at)), bottom)
 
 
 def test_a_loop_that_never_crosses() -> None:
