@@ -2,8 +2,9 @@
 
     python -m config.pint_units        writes config/unit_factors.py
 
-Angle is a dimension of its own here, unlike in SI: otherwise a corner of "5 Hz" would be accepted as 5 rad/s, and a gain of
-"0.35 V" as 0.35 V/rad. Only `units` imports this, and only for a unit outside the table: pint and its definitions take 0.4 s.
+Angle and information are dimensions of their own here, unlike in SI: otherwise a corner of "5 Hz" would be accepted as 5 rad/s, a gain
+of "0.35 V" as 0.35 V/rad, and "10 %" of a disk as 0.0125 bytes. Only `units` imports this, and only for a unit outside the table: pint
+and its definitions take 0.4 s.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import pint
 
 _DEFINITIONS = (
     "radian = [angle] = rad",
+    "bit = [information]",
     "rpm = turn / minute",
     "rps = turn / second",
     "gpm = gallon / minute",
@@ -79,11 +81,19 @@ def registry() -> pint.UnitRegistry[float]:
 def converted(value: float, unit: str, wanted: str) -> float:
     """`value` in `unit` expressed in `wanted`. ValueError: another dimension; LookupError: a text that is no unit."""
     try:
-        return float(registry().Quantity(value, unit or "dimensionless").to(wanted or "dimensionless").magnitude)
+        quantity = registry().Quantity(value, unit or "dimensionless")
+        if any(_misleads(name) for name, _ in quantity.unit_items()):
+            raise LookupError(f"{unit} is none of ours")
+        return float(quantity.to(wanted or "dimensionless").magnitude)
     except pint.DimensionalityError as error:
         raise ValueError(str(error)) from error
     except Exception as error:  # pint raises tokenizer, attribute and zero-division errors for unreadable unit text
         raise LookupError(str(error)) from error
+
+
+def _misleads(name: str) -> bool:
+    """Decibels, which would turn a gain of -6 into one of 0.25."""
+    return bool(getattr(registry()._units[name].converter, "is_logarithmic", False))
 
 
 def factors() -> dict[str, dict[str, float]]:

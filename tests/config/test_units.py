@@ -37,6 +37,8 @@ EXACT = [
     ("0.18 degF", "K", 0.1),
     ("2 %", "", 0.02),
     ("200 MB", "bytes", 2e8),
+    ("2 GiB", "bytes", 2.0**31),
+    ("500 kbit/s", "bit/s", 5e5),
     ("1e-3 m", "m", 1e-3),
     ("  .5 m ", "m", 0.5),
     (7, "m", 7.0),
@@ -55,6 +57,11 @@ def test_values_agree_with_the_definitions_of_the_units(written: str | float, un
         ("5 Hz", "rad/s"),  # a corner frequency: 5 Hz is 31.4 rad/s, not 5
         ("0.35 V", "V/rad"),
         ("300 rad/s", "Hz"),
+        ("10 %", "bytes"),  # a share of a disk, which was 0.0125 bytes
+        ("3 bytes", ""),
+        ("500 kHz", "bit/s"),
+        ("-6 dB", ""),  # a gain of -6, or of 0.5, or 0.25
+        ("3 dBm", "W"),
         ("2000 kg", "Pa"),
         ("30", "nonsense_unit_of_ours and more"),
         ("2000 psii", "Pa"),
