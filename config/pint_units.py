@@ -46,7 +46,7 @@ _TURNS_AND_LENGTHS = (*_LENGTHS, *_ANGLES)
 def written_units() -> list[str]:
     """What users of hydraulics write: the stored units, the usual ones of each kind, and those composed of them."""
     simple = (*_TURNS_AND_LENGTHS, *_TIMES, *_VOLTAGES, *_FORCES, *_TORQUES, *_PRESSURES, *_VOLUMES)
-    other = ("%", "ppm", "km", "inch", "inches", "mil", "arcmin", "arcsec", "degree", "degrees", "day", "days", "kHz", "MHz", "rpm")
+    other = ("%", "ppm", "km", "inch", "inches", "arcmin", "arcsec", "degree", "degrees", "day", "days", "kHz", "MHz", "rpm")
     masses = ("g", "mg", "t", "lb", "lbs", "g_0", "mg_0", "kW", "kJ", "hp", "delta_degC", "delta_degF", "A", "mA")
     flows = ("lpm", "gpm", "L/min", "l/min", "mL/min", "cm^3/s", "cm^3/min", "in^3/s", "in^3/min", "mm^3/s", "gal/min", "cSt", "mm^2/s")
     data = ("kB", "MB", "GB", "kbit/s", "Mbit/s", "kB/s", "MB/s", "B", "B/s", "bit", "kg/L", "g/cm^3", "kg/cm", "g/m", "lb/ft", "lb/in^3")
@@ -92,8 +92,8 @@ def converted(value: float, unit: str, wanted: str) -> float:
 
 
 def _misleads(name: str) -> bool:
-    """Decibels, which would turn a gain of -6 into one of 0.25."""
-    return bool(getattr(registry()._units[name].converter, "is_logarithmic", False))
+    """Decibels, which would turn a gain of -6 into one of 0.25, and pint's angular mil, which is a tenth of anyone else's."""
+    return name == "mil" or bool(getattr(registry()._units[name].converter, "is_logarithmic", False))
 
 
 def factors() -> dict[str, dict[str, float]]:

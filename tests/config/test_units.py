@@ -62,6 +62,8 @@ def test_values_agree_with_the_definitions_of_the_units(written: str | float, un
         ("500 kHz", "bit/s"),
         ("-6 dB", ""),  # a gain of -6, or of 0.5, or 0.25
         ("3 dBm", "W"),
+        ("5 mil", "rad"),  # 1/6400 of a turn to NATO, 1/64000 to pint
+        ("5 mil/s", "rad/s"),
         ("2000 kg", "Pa"),
         ("30", "nonsense_unit_of_ours and more"),
         ("2000 psii", "Pa"),
