@@ -117,6 +117,15 @@ class ValveOptions(CanopenOptions):
         "", "opening from which the spool must go safe in the proof; 0: only the state is watched", 0.1, low=0, high=1
     )
 
+    @model_validator(mode="after")
+    def _is_shut_where_it_is_safe(self) -> ValveOptions:
+        """The driver takes every valve through DISABLED and HOLD, and a fault leads to one of them: neither may move the arm."""
+        for key, spool in (("hold_spool", self.hold_spool), ("failsafe_spool", self.failsafe_spool)):
+            if abs(spool) > self.spool_tolerance:
+                limit = f"a safe spool stands within spool_tolerance, {self.spool_tolerance:g}, of its middle"
+                raise ValueError(f"{key} is {spool:g}, and {limit}: an open valve moves the arm")
+        return self
+
     def input_channels(self, rig: RigNames) -> Mapping[str, Channel]:
         return {
             "spool": Channel("object 0x6301, 16384 = 100 %", low=_I16_LOW, high=_I16_HIGH, mapped=0x63010110),

@@ -60,6 +60,16 @@ DEVICE_FAULTS = [
     ("      fault_reactions: {89: 2, 75: 2}\n", "", "needs the key 'fault_reactions'"),
     ("fault_reactions: {89: 2, 75: 2}", "fault_reactions: {}", "fault_reactions must have at least 1 entries"),
     ("fault_reactions: {89: 2, 75: 2}", "fault_reactions: {89: 2}\n      safe_state: open", "safe_state cannot be 'open'"),
+    (
+        "fault_reactions: {89: 2, 75: 2}",
+        "fault_reactions: {89: 3, 75: 3}\n      safe_state: hold\n      hold_spool: 0.8",
+        "hold_spool is 0.8, and a safe spool stands within spool_tolerance, 0.05, of its middle: an open valve moves the arm",
+    ),
+    (
+        "fault_reactions: {89: 2, 75: 2}",
+        "fault_reactions: {89: 2}\n      failsafe_spool: -0.06",
+        "failsafe_spool is -0.06, and a safe spool stands within spool_tolerance, 0.05, of its middle",
+    ),
     ("channel: spool", "channel: spol", "the device 'valve' has no output 'spol': nearest is 'spool'"),
     ("{device: valve, channel: spool", "{device: encoder, channel: spool", "the device 'encoder' has no output 'spool'. Its outputs: none"),
     ("channel: position", "channel: positon", "the device 'encoder' has no input 'positon': nearest is 'position'"),
