@@ -96,10 +96,7 @@ def _outputs(rig: Rig, tree: YamlTree, devices: Mapping[str, DeviceOptions]) -> 
     for joint, output in rig.outputs.items():
         options = devices.get(output.device)
         channel = options.output_channels(names).get(output.channel) if options else None
-        path = ("outputs", joint, "scale")
-        if output.scale == 0:
-            yield warning_at(tree, path, f"outputs.{joint}.scale is 0: the device gets 0 whatever is commanded")
-        elif channel is not None:
+        if channel is not None:
             yield from _reach(rig, tree, joint, channel)
 
 

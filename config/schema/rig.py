@@ -132,7 +132,14 @@ class Output(Section):
 
     device: str = Field(description="name of a device of this file")
     channel: str = Field(description="the device's name of the channel")
-    scale: float = Field(default=1.0, description="device units per volt")
+    scale: float = quantity("", "device units per volt, not 0; negative turns the direction round", 1.0)
+
+    @field_validator("scale")
+    @classmethod
+    def _reaches_the_device(cls, scale: float) -> float:
+        if scale == 0.0:
+            raise ValueError("the device gets 0 whatever is commanded; give what it takes for 1 V")
+        return scale
 
 
 class Device(Section):

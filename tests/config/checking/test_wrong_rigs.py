@@ -70,6 +70,13 @@ DEVICE_FAULTS = [
         "fault_reactions: {89: 2}\n      failsafe_spool: -0.06",
         "failsafe_spool is -0.06, and a safe spool stands within spool_tolerance, 0.05, of its middle",
     ),
+    (
+        "channel: spool, scale: 0.1",
+        "channel: spool, scale: 0",
+        "outputs.axis.scale: the device gets 0 whatever is commanded; give what it takes for 1 V",
+    ),
+    ("channel: spool, scale: 0.1", "channel: spool, scale: .nan", "outputs.axis.scale: a finite number was expected: nan"),
+    ("channel: spool, scale: 0.1", "channel: spool, scale: -.inf", "outputs.axis.scale: a finite number was expected: -inf"),
     ("channel: spool", "channel: spol", "the device 'valve' has no output 'spol': nearest is 'spool'"),
     ("{device: valve, channel: spool", "{device: encoder, channel: spool", "the device 'encoder' has no output 'spool'. Its outputs: none"),
     ("channel: position", "channel: positon", "the device 'encoder' has no input 'positon': nearest is 'position'"),
@@ -167,7 +174,6 @@ ODDITIES = [
         "axis.return_pressure, calibration: {scale: 5 kPa}, low: 50 kPa",
         r"low is 5e\+04 Pa; with noise of 2e\+04 Pa rms about 1e\+05 Pa the reading reaches 0 Pa and is refused",
     ),
-    ("channel: axis.command}", "channel: axis.command, scale: 0}", r"outputs.axis.scale is 0: the device gets 0"),
 ]
 
 
