@@ -60,9 +60,9 @@ class Oil(Section):
         if twice:
             raise ValueError(f"iso_vg stands in place of {' and '.join(twice)}: give the grade or the constants")
         grade = content["iso_vg"]
-        if grade not in GRADES:
+        if not isinstance(grade, (int, float)) or grade not in GRADES:
             raise ValueError(f"iso_vg {grade!r} is none of {', '.join(map(str, GRADES))}; give walther_a and walther_b instead")
-        a, b = walther_constants(float(grade), GRADES[grade])
+        a, b = walther_constants(float(grade), GRADES[int(grade)])
         return {**content, "walther_a": a, "walther_b": b}
 
 

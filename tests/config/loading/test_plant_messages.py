@@ -6,7 +6,7 @@ import pytest
 
 from config.checking.check_plant import check_plant
 from config.errors import ConfigError
-from config.loading.load import apply_overrides, rig_from_text
+from config.loading.load import apply_overrides, load_rig, rig_from_text
 from config.parsing.yaml_tree import parse
 from tests.support.config.small_rig import changed
 
@@ -66,6 +66,13 @@ def test_one_mistake_is_told_as_one(old: str, new: str, text: str) -> None:
     found = message(old, new)
     assert found.startswith(text)
     assert "\n" not in found
+
+
+@pytest.mark.parametrize("grade", ["[32]", "{32: 46}", "47", "'46'"])
+def test_an_oil_grade_that_is_none(grade: str) -> None:
+    text = load_rig("analogue_axis").text.replace("iso_vg: 46", f"iso_vg: {grade}")
+    with pytest.raises(ConfigError, match=r"x.yaml:\d+:\d+: plant.oil: iso_vg .* is none of 10, 15, 22, 32, 46"):
+        rig_from_text(text, "x.yaml")
 
 
 def test_an_actuator_that_does_not_move_the_joint_that_way() -> None:
