@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pydantic import ValidationInfo, field_validator
+
 from config.schema.effect_entry import READING, PlacedSection, quantity_by_place
 from config.schema.section import quantity
 
@@ -18,3 +20,11 @@ class Sensor(PlacedSection):
     low: float = quantity_by_place(VALUE, "lower end of the range, where the reading stops")
     high: float = quantity_by_place(VALUE, "upper end of the range, where the reading stops")
     dropout: float = quantity("", "probability that a sample is missing", 0.0, low=0, high=1)
+
+    @field_validator("high")
+    @classmethod
+    def _range_ordered(cls, high: float, info: ValidationInfo) -> float:
+        low, unit = info.data.get("low"), VALUE.get(info.data.get("quantity_kind", ""))
+        if low is not None and unit and low >= high:  # without a unit the place is the mistake, and the numbers are stand-ins
+            raise ValueError(f"high must be above low ({low:g} {unit})")
+        return high

@@ -59,6 +59,11 @@ def test_the_unchanged_file_loads() -> None:
             "axis.positon: {res",
             "x.yaml:33:5: 'axis.positon' is not a signal of this plant: nearest is 'axis.position'",
         ),
+        (
+            "low: -1 in, high: 50 in",
+            "low: 50 in, high: 50 in",
+            "x.yaml:33:58: plant.sensors.axis.position.high: high must be above low (1.27 m)",
+        ),
         ("actuator: force", "actuator: forc", "x.yaml:31:22: plant.joints.axis.actuator cannot be 'forc': nearest is 'force'. "),
     ],
 )
