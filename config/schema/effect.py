@@ -143,7 +143,6 @@ class Search:
     fixed: Mapping[str, Callable[[Sizes], float]] = field(default_factory=dict)
     beside: str = ""  # only where this effect is present
     at_held_rod: bool = False  # also at a rod that a testing machine presses into a chamber: its seal and its mass
-    first_joint_only: bool = False  # one entry acts on the whole arm
     except_at: tuple[str, ...] = ()  # signals at which a constant of the rig file says the same
     smaller_is_weaker: bool = True  # a smaller first parameter is a smaller effect
 
@@ -214,6 +213,11 @@ class Effect:
     def fields(self) -> dict[str, str]:
         """Key in the file → name of the entry's field."""
         return {yaml_key(name): name for name in self.entry.model_fields}
+
+    @property
+    def is_of_the_whole_plant(self) -> bool:
+        """Whether it sets numbers that the plant has once: a second entry, wherever it stands, would overwrite the first."""
+        return any(type(write.index).__name__ == "C" and not write.added for write in self.writes)
 
     def is_neutral(self, entry: EffectEntry) -> bool:
         """Whether the entry's values make the effect vanish."""

@@ -159,9 +159,10 @@ def _wrong_places(effects: tuple[EffectEntry, ...], plant: dict[str, Any]) -> It
             yield from (f"{label} {what}" for what in entry.obstacles(joint))
         if entry.where in ("supply", "link") and plant.get(entry.where, ...) is None:  # one with a problem of its own is not in `plant`
             yield f"{label} needs the section plant.{entry.where}"
-        if (entry.effect, entry.where) in seen:
-            yield f"{label} is there twice"
-        seen.add((entry.effect, entry.where))
+        acts_on = "the whole plant" if EFFECTS[entry.effect].is_of_the_whole_plant else entry.where
+        if (entry.effect, acts_on) in seen:
+            yield f"{label} is there twice" + ("" if acts_on == entry.where else ": it acts on the whole plant, so one entry says all")
+        seen.add((entry.effect, acts_on))
 
 
 def _with_kind(entry: Any, kind: str) -> Any:

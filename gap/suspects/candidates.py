@@ -86,7 +86,7 @@ def _places(effect: Effect, search: Search, plant: Plant, rig: Rig, channels: fr
     if "link" in kinds and rig.arm.kind == "rotary_prismatic":
         yield "link", ""
     for number, (name, joint) in enumerate(plant.joints.items()):
-        if joint.motion in kinds and _acts(effect, search, joint) and not (number and search.first_joint_only):
+        if joint.motion in kinds and _acts(effect, search, joint) and not (number and effect.is_of_the_whole_plant):
             yield name, joint.motion
     measures = signal_measures(motions)
     for signal in plant.sensors:

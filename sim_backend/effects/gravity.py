@@ -37,7 +37,7 @@ EFFECT = Effect(
         Write("unbalance", J.UNBALANCE),
     ),
     neutral={"tilt": 0.0},
-    search=Search(Equation.FORCE, (both("tilt", lambda s: 0.01, 50),), first_joint_only=True),
+    search=Search(Equation.FORCE, (both("tilt", lambda s: 0.01, 50),)),
     variable="position",
     fingerprint="A pressure difference is needed to hold still, and it depends on the position, not on the velocity.",
     look_alikes={

@@ -80,6 +80,17 @@ def test_an_oil_grade_that_is_none(grade: str) -> None:
         rig_from_text(text, "x.yaml")
 
 
+def test_a_second_entry_of_what_the_plant_has_once() -> None:
+    """The tilt of an arm stands at either joint; two of them would contradict each other. What joints have may be at both."""
+    tilts = "\n    - {effect: gravity, where: rotary, tilt: 1 deg}\n    - {effect: gravity, where: prismatic, tilt: 2 deg}"
+    text = load_rig("ornl_testbed").text.replace("\n  effects:", f"\n  effects:{tilts}")
+    with pytest.raises(ConfigError, match=r"entry 1 \(gravity at prismatic\) is there twice: it acts on the whole plant"):
+        rig_from_text(text, "x.yaml")
+    plant = rig_from_text(text.replace("gravity, where: rotary, tilt: 1 deg", "valve_null_bias, where: rotary, bias: 0.01"), "x.yaml").plant
+    assert plant is not None
+    assert [entry.effect for entry in plant.effects].count("valve_lag") == 2
+
+
 def test_an_actuator_that_does_not_move_the_joint_that_way() -> None:
     assert "plant.joints.axis.actuator 'torque' does not move a linear joint" in message("actuator: force", "actuator: torque")
 
