@@ -19,6 +19,7 @@ from daemon.loop.command import StartRun
 from servo_control.planning.mending import plan_or_mend
 from servo_control.planning.run_request import BY_HAND, RunRequest
 from servo_control.planning.runnable import why_not
+from servo_control.shapers.shaper_choice import refuse_idle_options
 from servo_control.streaming.stream_plan import default_filter, plan_stream
 
 _KEYS = {"maneuver", "parameters", "shaper", "repeat", "approach", "countdown_s"}
@@ -38,7 +39,7 @@ def start_run(rig: Rig, number: int, params: Mapping[str, Any], position: Sequen
     request = RunRequest(
         run=number,
         maneuver=content,
-        shaper=_typed(params, "shaper", dict, {"kind": "none"}),
+        shaper=_shaper(params, {"kind": "none"}),
         repeat=_typed(params, "repeat", int, 1),
         start_position=[float(value) for value in position],
         approach=_typed(params, "approach", bool, False),
@@ -49,9 +50,15 @@ def start_run(rig: Rig, number: int, params: Mapping[str, Any], position: Sequen
 def start_stream(rig: Rig, number: int, params: Mapping[str, Any], position: Sequence[float]) -> StartRun:
     """Prepare a run that is driven by hand: see `start_run`. `shaper` defaults to one that follows the rig's link, on all joints."""
     _refuse_unknown("stream", params, _STREAM_KEYS)
-    shaper = _typed(params, "shaper", dict, default_filter(rig))
+    shaper = _shaper(params, default_filter(rig))
     request = RunRequest(number, dict(_BY_HAND), shaper, start_position=[float(value) for value in position])
     return StartRun(plan_stream(rig, request), request.as_json(), yaml.safe_dump(_BY_HAND), _countdown_s(rig, params))
+
+
+def _shaper(params: Mapping[str, Any], default: dict[str, Any]) -> dict[str, Any]:
+    shaper: dict[str, Any] = _typed(params, "shaper", dict, default)
+    refuse_idle_options(shaper)
+    return shaper
 
 
 def _refuse_unknown(method: str, params: Mapping[str, Any], keys: set[str]) -> None:

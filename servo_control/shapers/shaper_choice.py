@@ -7,21 +7,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from math import isfinite
 from typing import Any
 
 from config.errors import ManeuverError
 
-KINDS = (
-    "none", "zv", "zvd", "ei", "two_hump_ei", "three_term", "notch", "robust_notch",
-    "adaptive", "adaptive_zv", "adaptive_coefficients", "adaptive_delay", "zero_delay",
-)  # fmt: skip
+_FIXED = ("focal", "frequency_Hz", "frequency_scale")
+OPTIONS: dict[str, tuple[str, ...]] = {  # of every kind, besides `joints`
+    "none": (),
+    "zv": (*_FIXED, "damping_ratio"),
+    "zvd": (*_FIXED, "damping_ratio"),
+    "ei": (*_FIXED, "vibration"),
+    "two_hump_ei": (*_FIXED, "vibration"),
+    "three_term": (*_FIXED, "damping_ratio", "delay_s"),
+    "notch": (*_FIXED, "damping_ratio"),
+    "robust_notch": (*_FIXED, "damping_ratio"),
+    "adaptive": ("frequency_scale",),
+    "adaptive_zv": ("frequency_scale",),
+    "adaptive_coefficients": ("frequency_scale", "delay_s"),
+    "adaptive_delay": ("frequency_scale",),
+    "zero_delay": ("frequency_scale", "frequency_range"),
+}
+KINDS = tuple(OPTIONS)
 ADAPTIVE = ("adaptive", "adaptive_zv", "adaptive_coefficients", "adaptive_delay")
 FASTER_MOVES = ("adaptive_zv", "zero_delay")  # make room for smooth ramps, or a correction, by a higher speed
 FOCAL = ("initial", "final", "mid")
 WHERE = "shaper"
-_OPTIONS = {"frequency_Hz": "--focal", "delay_s": "--delay"}  # as the command line calls them
+_WORDS = {"focal": "--focal", "frequency_Hz": "--focal", "delay_s": "--delay"}  # as the command line calls them
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +76,29 @@ class ShaperChoice:
         return choice
 
 
+def refuse_idle_options(content: dict[str, Any]) -> None:
+    """ManeuverError for options that say something and that the kind does not have: asked of new requests only, because runs that were
+    logged with such options are planned again as they were."""
+    usual, kind = asdict(ShaperChoice()), str(content.get("kind", "none"))
+    has = ("kind", "joints", *OPTIONS.get(kind, usual))
+    idle = [key for key, value in content.items() if key in usual and key not in has and value not in (None, usual[key])]
+    if idle:
+        raise ManeuverError(
+            f"the command filter {kind} does not use {' and '.join(idle)}",
+            value=", ".join(str(content[key]) for key in idle),
+            limit=", ".join(has[1:]),
+            where=WHERE,
+            next_step="Leave it out, or choose a filter that has it.",
+            mend={_WORDS[key]: None for key in idle if key in _WORDS},
+        )
+
+
+def with_kind(content: dict[str, Any], kind: str) -> dict[str, Any]:
+    """The same request for another kind, with what that one has of the options."""
+    kept = ("joints", *OPTIONS.get(kind, content))
+    return {key: value for key, value in content.items() if key in kept} | {"kind": kind}
+
+
 def _one_of(key: str, value: object, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
         raise ManeuverError(f"unknown {key} of the shaper", value=value, limit=", ".join(allowed), where=WHERE)
@@ -73,5 +109,5 @@ def _within(key: str, value: object, low: float, high: float, unit: str) -> None
         return
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not isfinite(value) or not low <= value <= high:
         bound = low if isinstance(value, (int, float)) and value < low else high
-        mend = {_OPTIONS[key]: f"{bound:g} {unit}"} if key in _OPTIONS else {}
+        mend = {_WORDS[key]: f"{bound:g} {unit}"} if key in _WORDS else {}
         raise ManeuverError(f"{key} is out of range", value=value, limit=f"{low:g} to {high:g}", unit=unit, where=WHERE, mend=mend)

@@ -16,6 +16,7 @@ from daemon.cli.simulate.sweep import OF_MANEUVER, SHAPER, Case
 from daemon.lockstep import run_into
 from daemon.server.start_request import requested_maneuver
 from gap.executor import each, executor
+from servo_control.shapers.shaper_choice import with_kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ def changed(work: Work, case: Case) -> tuple[str, Mapping[str, Any]]:
         _refuse_maneuver_key(key, value, work)
     request = dict(work.request) | {"parameters": [*work.request["parameters"], *of_maneuver]}
     if SHAPER in case:
-        request["shaper"] = dict(work.request["shaper"]) | {"kind": case[SHAPER]}
+        request["shaper"] = with_kind(work.request["shaper"], case[SHAPER])
     return apply_overrides(work.rig_text, of_rig), request
 
 

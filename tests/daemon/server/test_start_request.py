@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 import yaml
 
-from daemon.server.start_request import start_run
+from config.errors import ManeuverError
+from daemon.server.start_request import start_run, start_stream
 from tests.support.daemon.rigs import RIG
 
 
@@ -15,3 +17,13 @@ def test_a_parameter_of_an_excitation_leaves_its_other_keys_as_they_are() -> Non
     content = start.plan.request.maneuver
     assert (content["on"], content["amplitude"]) == ("command", "0.3 V")
     assert yaml.safe_load(start.maneuver_yaml)["on"] == "command"
+
+
+def test_a_filter_with_an_option_that_it_does_not_use_is_refused() -> None:
+    """Both of a program and by hand; what says nothing else than the usual may stand there."""
+    request = {"maneuver": {"name": "jog"}, "shaper": {"kind": "zvd", "delay_s": 0.07}}
+    for start in (start_run, start_stream):
+        asked = {key: value for key, value in request.items() if start is start_run or key == "shaper"}
+        with pytest.raises(ManeuverError, match=r"zvd does not use delay_s: 0\.07"):
+            start(RIG.rig, 1, asked, [0.0, 0.9144])
+        start(RIG.rig, 1, asked | {"shaper": {"kind": "zvd", "delay_s": None, "focal": "mid"}}, [0.0, 0.9144])
