@@ -80,11 +80,14 @@ def fast_strokes(m: FastStrokes, ground: Ground) -> list[Piece]:
 
 def slow_triangle(m: SlowTriangle, ground: Ground) -> list[Piece]:
     j = joint_index(ground.joints, m.joint, m.name)
-    if m.on == "command":
-        return [_on_command("triangle", ground, j, Triangle(in_volts(m.amplitude, "", m.name), in_volts(m.rate, "/s", m.name), m.cycles))]
     joint = ground.joints[j]
-    amplitude = in_joint_units(m.amplitude, joint, "", m.name)
-    pace = _Pace(ground, j, m.rate, None, m.name)
+    on_command = m.on == "command"
+    amplitude = in_volts(m.amplitude, "", m.name) if on_command else in_joint_units(m.amplitude, joint, "", m.name)
+    rate = in_volts(m.rate, "/s", m.name) if on_command else in_joint_units(m.rate, joint, "/s", m.name)
+    _check_triangle(amplitude, rate, "V" if on_command else joint.unit, m.name)
+    if on_command:
+        return [_on_command("triangle", ground, j, Triangle(amplitude, rate, m.cycles))]
+    pace = _Pace(ground, j, rate, None, m.name)
     pieces: list[Piece] = []
     here = ground.start
     for number, offset in enumerate((amplitude, -amplitude) * m.cycles + (0.0,), start=1):
@@ -92,6 +95,16 @@ def slow_triangle(m: SlowTriangle, ground: Ground) -> list[Piece]:
         pieces += _move_and_hold(number, here, there, pace, 0.0)
         here = there
     return pieces
+
+
+def _check_triangle(amplitude: float, rate: float, unit: str, where: str) -> None:
+    if amplitude == 0.0:
+        raise ManeuverError("a triangle needs an amplitude", value="0", limit="not 0", unit=unit, where=f"{where}, amplitude")
+    if rate <= 0.0:
+        advice = "Give the slope without a sign; a negative amplitude goes down first."
+        raise ManeuverError(
+            "a triangle needs a slope", value=f"{rate:g}", limit="> 0", unit=f"{unit}/s", where=f"{where}, rate", next_step=advice
+        )
 
 
 def staircase(m: Staircase, ground: Ground) -> list[Piece]:

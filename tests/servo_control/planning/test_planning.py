@@ -62,6 +62,13 @@ REFUSED = [
     (content("staircase", joint="rotary", on="command", step="2 V", steps=3), "above the command limit: 6 V (limit: 5 V)"),
     (content("multisine", joint="rotary", amplitude="1 deg", **{"from": 0.11, "to": 0.19}, period=10), "no line"),
     (content("joint_steps", steps=[{"joint": "rotary", "by": 0.1, "speed": -1.0}]), "must be above 0"),
+    (
+        content("slow_triangle", joint="rotary", on="command", amplitude="0.3 V", rate="0 V/s"),
+        "test, rate: a triangle needs a slope: 0 V/s (limit: > 0 V/s)",
+    ),
+    (content("slow_triangle", joint="rotary", on="command", amplitude="0.3 V", rate="-0.1 V/s"), "needs a slope: -0.1 V/s"),
+    (content("slow_triangle", joint="rotary", on="command", amplitude="0 V", rate="0.1 V/s"), "test, amplitude: a triangle needs an amp"),
+    (content("slow_triangle", joint="prismatic", amplitude="2 cm", rate="-1 mm/s"), "needs a slope: -0.001 m/s (limit: > 0 m/s)"),
 ]
 
 
