@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 from pydantic import ValidationError
@@ -73,6 +73,7 @@ def _plan(rig: Rig, request: RunRequest) -> RunPlan:
     maneuver = _maneuver(request.maneuver)
     joints = joint_limits(rig)
     period_s = 1.0 / rig.loop.rate_Hz
+    _check_position(joints, request, maneuver.name)
     start = program_start(rig, maneuver, joints, request)
     if request.repeat < 1:
         raise ManeuverError("repeat must be at least 1", value=request.repeat, where=maneuver.name, mend={"--repeat": "1"})
@@ -126,6 +127,15 @@ def _maneuver(content: dict[str, Any]) -> Maneuver:
             where=".".join(str(part) for part in first["loc"]),
             next_step="Load maneuver files with config.loading.load, which names the line.",
         ) from error
+
+
+def _check_position(joints: tuple[JointLimits, ...], request: RunRequest, where: str) -> None:
+    """Where the arm is may be left out; a value that is no number would be near every start."""
+    here = request.start_position
+    if here and (len(here) != len(joints) or not all(map(isfinite, here))):
+        raise ManeuverError(
+            "start_position needs a number for every joint", value=list(here), limit=f"{len(joints)} finite values", where=where
+        )
 
 
 def program_start(rig: Rig, maneuver: Maneuver, joints: tuple[JointLimits, ...], request: RunRequest) -> Vector:

@@ -110,6 +110,15 @@ def test_start_tolerance_is_0_2_degrees_and_2_mm(rig: Rig, paper_y30: dict[str, 
         assert "not at the start" in _refusal(rig, asked)
 
 
+@pytest.mark.parametrize("here", [[float("nan"), 0.762], [0.0, float("inf")], [0.0], [0.0, 0.762, 0.0]])
+@pytest.mark.parametrize("approach", [False, True])
+def test_a_start_position_that_is_none_is_refused(rig: Rig, paper_y30: dict[str, Any], here: list[float], approach: bool) -> None:
+    """NaN is never farther from the start than the tolerance."""
+    asked = request(paper_y30, here, approach=approach)
+    assert "start_position needs a number for every joint" in _refusal(rig, asked)
+    assert "(limit: 2 finite values)" in _refusal(rig, asked)
+
+
 def test_repeat_returns_to_the_start(rig: Rig, paper_y30: dict[str, Any]) -> None:
     closed = plan_run(rig, request(paper_y30, repeat=3))
     assert len(closed.segments) == 18
