@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from math import cos, pi, sin, sqrt
+from math import ceil, cos, pi, sin, sqrt
 from random import Random
 
 from config.errors import ManeuverError
@@ -17,6 +17,7 @@ from servo_control.path.waves import Fade
 
 POINTS_PER_FASTEST_PERIOD = 40  # cubic Hermite interpolation is then right to 2e-6 of the fastest line
 DRAWS = 60
+FOUND_SHARE = 0.95  # of the crest factor's limit: draws are compared by a few points, and the peak lies between them
 
 
 class Multisine:
@@ -78,14 +79,16 @@ def _phases_with_low_crest(harmonics: Sequence[int], points: int, seed: int, cre
         crest = _crest(harmonics, phases, points // coarse)
         if best is None or crest < best[0]:
             best = crest, phases
-        if crest <= 0.95 * crest_limit:
+        if crest <= FOUND_SHARE * crest_limit:
             return phases
     assert best is not None
+    enough = ceil(100.0 * best[0] / FOUND_SHARE) / 100.0
     raise ManeuverError(
         f"no phases with a low enough crest factor in {DRAWS} draws",
-        value=f"{best[0]:.2f}",
-        limit=f"{crest_limit:g}",
-        next_step="Raise crest_limit, use fewer lines or another seed.",
+        value=f"{best[0]:.3f}",
+        limit=f"{FOUND_SHARE * crest_limit:.3f}, {FOUND_SHARE:g} of crest_limit",
+        next_step=f"Raise crest_limit to {enough:g}, use fewer lines or another seed.",
+        mend={"crest_limit": f"{enough:g}"},
     )
 
 

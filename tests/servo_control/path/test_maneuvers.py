@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import config
+from config.errors import ManeuverError
 from config.schema.maneuver import maneuver_content, maneuver_from_content
 from config.schema.rig import Rig
 from servo_control.path.multisine import Multisine, odd_harmonics
@@ -91,6 +92,17 @@ def test_multisine_has_odd_lines_only_and_a_low_crest() -> None:
     assert lines[list(harmonics)] == pytest.approx(lines[harmonics[0]], rel=1e-4)
     assert abs(periods).max() == pytest.approx(0.5, rel=1e-3)
     assert abs(periods).max() / periods.std() <= 2.5
+
+
+def test_a_crest_limit_that_is_not_met_is_told_with_one_that_is() -> None:
+    """The crest factor told is above the limit told, and what it says to write is enough."""
+    harmonics = odd_harmonics(0.1, 4.0, 10.0, 20)
+    for crest_limit in (1.6, 1.9, 2.0):
+        with pytest.raises(ManeuverError, match="no phases with a low enough crest factor") as refused:
+            Multisine(1.0, harmonics, 10.0, 1, 1.0, 3, crest_limit)
+        told = refused.value.refusal
+        assert float(told.value) > float(told.limit.partition(",")[0])
+        Multisine(1.0, harmonics, 10.0, 1, 1.0, 3, float(told.mend["crest_limit"] or 0))
 
 
 def test_multisine_depends_on_its_seed_alone() -> None:
