@@ -24,7 +24,7 @@ from config.schema.rig import Rig
 from servo_control.path.joint_limits import JointLimits, joint_index, joint_limits
 from servo_control.path.maneuver_pieces import PIECES, Ground
 from servo_control.path.pieces import Piece, Vector
-from servo_control.planning.plan_checks import program_peaks, program_volts
+from servo_control.planning.plan_checks import EXCITATIONS, check_band, program_peaks, program_volts
 from servo_control.planning.planning import plan_run, program_start
 from servo_control.planning.run_plan import RunPlan
 from servo_control.planning.run_request import RunRequest
@@ -35,7 +35,6 @@ _SIZE = {
     "jog": "by", "fast_strokes": "by", "slow_triangle": "amplitude", "staircase": "step", "sine_sweep": "amplitude",
     "multisine": "amplitude",
 }  # fmt: skip
-_EXCITATIONS = ("sine_sweep", "multisine")
 _PACE = {"speed": 1, "rate": 1, "acceleration": 2}  # key → power of k
 _PACE_UNIT = {"speed": "/s", "rate": "/s", "acceleration": "/s^2"}
 Changes = dict[str, Any]  # key of the maneuver → quantities as a file has them: "0.31 m"
@@ -44,6 +43,7 @@ Changes = dict[str, Any]  # key of the maneuver → quantities as a file has the
 def plan_or_mend(rig: Rig, request: RunRequest) -> RunPlan:
     """`plan_run` for a user's own maneuver: its ManeuverError names what to change, where a change is known that is enough."""
     try:
+        check_band(request.maneuver, rig)
         return plan_run(rig, request)
     except ManeuverError as error:
         error.refusal = replace(error.refusal, mend=error.refusal.mend or mended(rig, request))
@@ -125,7 +125,7 @@ def _shares(asked: _Asked) -> Iterator[float]:
     for joint, peak, at, peak_V in zip(asked.joints, peaks, asked.start, volts, strict=True):
         low, high = joint.travel
         ratios = [(high - at, peak.highest - at), (at - low, at - peak.lowest)]
-        if asked.kind in _EXCITATIONS:
+        if asked.kind in EXCITATIONS:
             ratios += [(joint.rate, peak.rate), (joint.acceleration, peak.acceleration)]
         held_V = asked.rig.joints[joint.name].following_error_limit * abs(asked.rig.servo[joint.name].gain)
         ratios.append((min(joint.command_V, held_V), peak_V))

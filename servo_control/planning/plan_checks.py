@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from math import ceil
+from typing import Any
 
 from config.errors import ManeuverError
 from config.schema.rig import Rig
@@ -16,6 +17,8 @@ SLACK = 1.0 + 1e-9  # a trapezoid planned at the limit exceeds it by rounding on
 # A piece longer than 300 s at 1 kHz is sampled more coarsely: planning must not hold up whoever asked for it by many seconds, and
 # over so many periods the samples still meet the peaks of a wave.
 MOST_SAMPLES = 300_000
+EXCITATIONS = ("sine_sweep", "multisine")
+FASTEST_SHARE = 0.4  # of the loop's rate: two and a half cycles a period
 
 
 def program_peaks(pieces: Sequence[Piece], joints: Sequence[JointLimits], period_s: float) -> tuple[Peaks, ...]:
@@ -60,6 +63,27 @@ def check_position(joint: JointLimits, position: float, t: float, where: str, ne
         where=where,
         next_step=next_step,
     )
+
+
+def check_band(maneuver: Mapping[str, Any], rig: Rig) -> None:
+    """An excitation above half the loop's rate comes out as another frequency, and a little below it as hardly any sine.
+
+    `maneuver`: as in a run's request. Not part of plan_run: a run that was logged is planned again whatever its band.
+    """
+    if maneuver.get("kind") not in EXCITATIONS:
+        return
+    highest_Hz = FASTEST_SHARE * rig.loop.rate_Hz
+    above = {key: maneuver[key] for key in ("from", "to") if maneuver[key] > highest_Hz}
+    if above:
+        raise ManeuverError(
+            f"the excitation is too fast for the loop, {rig.loop.rate_Hz:g} Hz",
+            value=f"{max(above.values()):g}",
+            limit=f"{highest_Hz:g}",
+            unit="Hz",
+            where=f"{maneuver['name']}, {' and '.join(above)}",
+            next_step=f"Choose frequencies of at most {highest_Hz:g} Hz, or a faster loop.",
+            mend=dict.fromkeys(above, f"{highest_Hz:g} Hz"),
+        )
 
 
 def check_volts(pieces: Sequence[Piece], rig: Rig, joints: Sequence[JointLimits], period_s: float, where: str) -> None:

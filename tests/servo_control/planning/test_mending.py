@@ -16,6 +16,7 @@ from config.schema.rig import Rig
 from config.stated_sentences import StatedSentences
 from servo_control.planning.mending import mended, plan_or_mend
 from servo_control.planning.planning import plan_run
+from servo_control.planning.runnable import why_not
 from tests.support.servo_control.testbed_runs import INCH, content, request
 
 HOME = [0.0, 0.9144]
@@ -66,6 +67,26 @@ def test_the_values_told_are_enough_in_si_and_as_shown(rig: Rig, maneuver: dict[
     assert any("in" in str(value) or "deg" in str(value) or " V" in str(value) for value in shown.values())
     for changes in (mend, shown):
         plan_run(rig, request(changed(maneuver, {key: str(value) for key, value in changes.items()}), asked.start_position))
+
+
+VOLTS = {"joint": "rotary", "on": "command", "amplitude": "0.1 V"}
+SLOW_LOOP = [
+    (content("sine_sweep", **SWEEP | VOLTS | {"to": 190}), ["to"], "190 Hz .limit: 40 Hz"),
+    (content("multisine", **VOLTS, lines=5, period=1, **{"from": 45, "to": 60}), ["from", "to"], "60 Hz .limit: 40 Hz"),
+]
+
+
+@pytest.mark.parametrize(("maneuver", "keys", "words"), SLOW_LOOP, ids=lambda value: value["kind"] if isinstance(value, dict) else "")
+def test_an_excitation_is_no_faster_than_the_loop_can_make_it(rig: Rig, maneuver: dict[str, Any], keys: list[str], words: str) -> None:
+    """At 100 cycles per second 190 Hz would come out as 10 Hz; a logged run with it is still planned as it was."""
+    slow = rig.model_copy(update={"loop": rig.loop.model_copy(update={"rate_Hz": 100.0})})
+    with pytest.raises(ManeuverError, match=f"too fast for the loop, 100 Hz: {words}") as refused:
+        plan_or_mend(slow, request(maneuver, HOME))
+    assert refused.value.refusal.mend == dict.fromkeys(keys, "40 Hz")
+    assert why_not(slow, maneuver_from_content(maneuver)).endswith("or a faster loop.")
+    plan_run(slow, request(maneuver, HOME))
+    mended_one = changed(maneuver, {"to": "40 Hz"} if keys == ["to"] else {"from": "10 Hz", "to": "40 Hz"})
+    assert plan_or_mend(slow, request(mended_one, HOME)).duration_s > 0.0
 
 
 def test_little_more_is_changed_than_has_to_be(rig: Rig) -> None:
