@@ -7,27 +7,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from config.errors import ConfigError
-
-SHAPERS = (
-    "none",
-    "three_term",
-    "zv",
-    "zvd",
-    "ei",
-    "two_hump_ei",
-    "notch",
-    "robust_notch",
-    "adaptive",
-    "adaptive_zv",
-    "adaptive_coefficients",
-    "adaptive_delay",
-    "zero_delay",
-)
-_FOCAL_NAMES = ("initial", "final", "mid")
+from servo_control.shapers.shaper_choice import FOCAL, KINDS
 
 
 def add_shaper_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--shaper", default="none", choices=SHAPERS, help="command filter (default none)")
+    parser.add_argument("--shaper", default="none", choices=KINDS, help="command filter (default none)")
     parser.add_argument(
         "--focal", default="mid", help="focal frequency of a fixed filter: initial, final, mid or a number in Hz (default mid)"
     )
@@ -44,7 +28,7 @@ def shaper_request(arguments: argparse.Namespace, joints: Sequence[str]) -> dict
         request["joints"] = list(joints)
     if arguments.delay is not None:
         request["delay_s"] = to_si(arguments.delay, "s")
-    if arguments.focal in _FOCAL_NAMES:
+    if arguments.focal in FOCAL:
         request["focal"] = arguments.focal
         return request
     try:
