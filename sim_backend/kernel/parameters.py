@@ -55,8 +55,9 @@ class Parameters:
             self._write_joint(self.offset(J.KIND, name), joint)
         for name, sensor in plant.sensors.items():
             self._write_sensor(self.offset(S.SIGNAL, f"sensor:{name}"), name, sensor)
-        for entry in plant.effects:
-            self.write_effect(entry)
+        for added in (False, True):  # what is added comes after what is set, in whatever order the file has them
+            for entry in plant.effects:
+                self._write_effect(entry, added)
 
     def offset(self, index: IntEnum, where: str) -> int:
         """Position in the vector of an entry of the whole plant, of a joint or of a `sensor:SIGNAL`."""
@@ -66,15 +67,15 @@ class Parameters:
             return S_START + self.sensors[where.removeprefix("sensor:")] * S_STRIDE + index
         return int(index)
 
-    def write_effect(self, entry: EffectEntry) -> None:
-        """Write one effect's entries, and the numbers of its own law."""
+    def _write_effect(self, entry: EffectEntry, added: bool) -> None:
+        """Write the entries of an effect that are added to others, or those that are not; and the numbers of its own law."""
         given, effect = entry.model_dump(by_alias=True), EFFECTS[entry.effect]
         if effect.law:
             place = self.slots.get(entry.where, self.sensors.get(entry.where.removeprefix("sensor:"), 0))  # 0: supply and link
             at = BLOCKS[effect.name].start + place * BLOCKS[effect.name].width
             present = float(not effect.is_neutral(entry))
             self.values[at : at + 1 + len(effect.law.parameters)] = [present, *(given[key] for key in effect.law.parameters)]
-        for write in effect.writes:
+        for write in (each for each in effect.writes if each.added is added):
             at = self.offset(write.index, entry.where)
             value = np.atleast_1d(write.convert(given[write.parameter]))
             part = slice(at, at + value.size)
