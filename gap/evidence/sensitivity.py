@@ -2,8 +2,8 @@
 
 Of many constants only what they do together is known: rated flow, full scale and piston area make one velocity. One of them alone moves the
 readings by thousands of noises, so in the difference of such columns the error of each finite difference would stand for what the logs say
-of the rest. So readings are moved along the eigenvectors of the posterior's precision, each as far as it is known. A shorter move would
-tell of single events where a joint sticks and slips; one way only, of the curvature as well.
+of the rest. So readings are moved along the eigenvectors of the posterior's precision, in units of the priors' standard deviations, each
+as far as it is known. A shorter move would tell of single events where a joint sticks and slips; one way only, of the curvature as well.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.noise.unknowns import in_noise
-from gap.evidence.score.coordinates import along, phi_of, slopes
+from gap.evidence.score.coordinates import along, one_way, phi_of
 from gap.evidence.score.hypothesis import Point, Seen, posterior
 from gap.evidence.score.prior import prior_of
 from gap.fitting.fit import INVISIBLE
@@ -48,31 +48,41 @@ def _taken(seen: Seen, point: Point, logs: Seen, there: Point, shown: NDArray[np
     """d readings / dφ of a point on some logs, `there`: as it is on them; moved as far as what was `seen` knows. Of numbers that are not
     `shown`, and along axes less stiff than `least`, they stay as they are there."""
     precision, phi, prior = posterior(seen, point).precision, phi_of(point.model), prior_of(point.model)
-    reach = np.minimum(_REACH * np.sqrt(np.diag(np.linalg.inv(precision))), _WIDEST)
+    sd = 1.0 / np.sqrt(prior.precision)
+    reach = np.minimum(_REACH * np.sqrt(np.diag(np.linalg.inv(precision))), _WIDEST * sd)
     inside = (phi - prior.low > reach) & (prior.high - phi > reach)
     alone, free = np.flatnonzero(shown & ~inside), np.flatnonzero(shown & inside)
-    by_number = slopes(point.model, logs.experiments, list(alone), there.readings, np.maximum(reach, _NARROWEST)[alone])
-    by_axis = _along_axes(logs.experiments, there, precision, free, least)
+    by_number = one_way(point.model, logs.experiments, list(alone), there.readings, np.maximum(reach, _NARROWEST)[alone])
+    by_axis = _along_axes(logs.experiments, there, precision, sd, free, least)
     jacobian = []
     for e, old, own, others in zip(logs.experiments, there.jacobian, by_number, by_axis, strict=True):
         new = old.copy()
-        new[alone], new[free] = in_noise(e, own), in_noise(e, others)
+        new[alone], new[free] = _known(e, own, old[alone]), in_noise(e, others)
         jacobian.append(new)
     return tuple(jacobian)
 
 
-def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Array, free: Numbers, least: float) -> list[Array]:
-    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior; along those less stiff than `least` they stay
-    as they were."""
-    stiffness, axes = np.linalg.eigh(precision[np.ix_(free, free)])
+def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Array, sd: Array, free: Numbers, least: float) -> list[Array]:
+    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior in units of the priors' standard deviations `sd`;
+    along axes less stiff than `least` times the priors they stay as they were."""
+    own = sd[free]
+    stiffness, axes = np.linalg.eigh(own[:, None] * precision[np.ix_(free, free)] * own)
     told = stiffness > least
     lengths = np.minimum(_REACH / np.sqrt(stiffness[told]), _WIDEST)
     moves = np.zeros((int(told.sum()), len(precision)))
-    moves[:, free] = (axes[:, told] * lengths).T
-    kept = axes[:, ~told] @ axes[:, ~told].T
-    old = [np.tensordot(kept, j[free] * e.sigma, 1) for e, j in zip(experiments, point.jacobian, strict=True)]
-    new = along(point.model, experiments, moves)
-    return [was + np.tensordot(axes[:, told] / lengths, change, 1) for was, change in zip(old, new, strict=True)]
+    moves[:, free] = (axes[:, told] * lengths).T * own
+    kept = (axes[:, ~told] / own[:, None]) @ (axes[:, ~told] * own[:, None]).T
+    found = []
+    for e, j, change in zip(experiments, point.jacobian, along(point.model, experiments, moves), strict=True):
+        was = j[free] * e.sigma
+        change = np.where(np.isfinite(change), change, np.tensordot(moves[:, free], was, 1))
+        found.append(np.tensordot(kept, was, 1) + np.tensordot(axes[:, told] / own[:, None] / lengths, change, 1))
+    return found
+
+
+def _known(experiment: Experiment, new: Array, old: Array) -> Array:
+    """New sensitivities in noise; the old ones where the simulation has run away."""
+    return np.where(np.isfinite(new), in_noise(experiment, new), old)
 
 
 def _shown(point: Point) -> NDArray[np.bool_]:

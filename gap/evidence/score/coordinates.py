@@ -14,7 +14,7 @@ import numpy as np
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.model import Free, Model
-from gap.fitting.sensitivity import MOVE, PRIOR_MOVE, sensitivities
+from gap.fitting.sensitivity import MOVE, PRIOR_MOVE
 from gap.fitting.simulate import simulate
 
 
@@ -52,15 +52,24 @@ def magnitudes(model: Model) -> list[int]:
     return [k for k, f in enumerate(model.free) if _positive(f) and f.start <= f.scale]
 
 
-def slopes(
-    model: Model, experiments: Sequence[Experiment], numbers: Sequence[int], base: Sequence[Array], widths: Array | None = None
-) -> list[Array]:
-    """d readings / dφ of every log, numbers × windows × samples × channels, `base`: readings at the model. `widths`: of φ, by how much each
-    number is moved for it."""
-    own = stretch(model)[list(numbers)]
-    usual = np.array([PRIOR_MOVE if model.free[k].prior else MOVE for k in numbers])
-    moves = (usual if widths is None else widths) * own
-    return [j * own[:, None, None, None] for j in sensitivities(model, experiments, numbers, base, moves)]
+def slopes(model: Model, experiments: Sequence[Experiment], numbers: Sequence[int], base: Sequence[Array]) -> list[Array]:
+    """d readings / dφ of every log, numbers × windows × samples × channels, from short moves; `base`: readings at the model."""
+    return one_way(model, experiments, numbers, base, np.array([PRIOR_MOVE if model.free[k].prior else MOVE for k in numbers]))
+
+
+def one_way(model: Model, experiments: Sequence[Experiment], numbers: Sequence[int], base: Sequence[Array], reach: Array) -> list[Array]:
+    """The same from moves of φ by `reach`: up, or where that leaves the range to the side with more room, no farther than its end."""
+    phi, (low, high) = phi_of(model), ends(model)
+    vectors, moves = [], []
+    for k, far in zip(numbers, reach, strict=True):
+        up, down, there = high[k] - phi[k], phi[k] - low[k], phi.copy()
+        moves.append(min(far, up) if far <= up or up >= down else -min(far, down))
+        there[k] += moves[-1]
+        vectors.append(model.vector(theta_of(model, there)))
+    if not vectors:
+        return [np.empty((0, *r.shape)) for r in base]
+    steps = np.array(moves)[:, None, None, None]
+    return [(np.stack(simulate(e, vectors)) - r) / steps for e, r in zip(experiments, base, strict=True)]
 
 
 def along(model: Model, experiments: Sequence[Experiment], moves: Array) -> list[Array]:

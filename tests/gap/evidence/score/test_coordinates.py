@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from config.loading.load import load_rig
-from gap.evidence.score.coordinates import ends, magnitudes, of_other_priors, phi_of, stretch, theta_of
+from gap.evidence.score.coordinates import ends, magnitudes, of_other_priors, one_way, phi_of, stretch, theta_of
 from gap.fitting.model import Free, Model
 
 STIFF = Free(("joints", "axis", "bristle_stiffness"), "plant.joints.axis.bristle_stiffness", "N/m", 1e6, 1e7, 1e5, 4.1e7, True)
@@ -66,3 +66,24 @@ def test_a_wide_prior_changes_coordinates_and_not_what_readings_do() -> None:
     found = of_other_priors(slopes(one), one, wide)
     np.testing.assert_allclose(found[:2], slopes(wide), rtol=1e-6)
     np.testing.assert_allclose(found[2], slopes(one)[2], rtol=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [1.1e5, 3e5, 1e6, 7e6, 4e7])
+@pytest.mark.parametrize("reach", [0.3, 3.0])
+def test_sensitivities_are_taken_within_the_range(monkeypatch: pytest.MonkeyPatch, stiffness: float, reach: float) -> None:
+    """Of a contact that may be a tenth to forty times as stiff, wherever it stands: readings that are the values, by secants."""
+    one, tried = model(stiffness, 95.0, 0.0), list[np.ndarray]()
+
+    def values(experiment: object, vectors: list[np.ndarray]) -> list[np.ndarray]:
+        tried.extend(vectors)
+        return [v[:, None, None] for v in vectors]
+
+    monkeypatch.setattr(Model, "vector", lambda self, theta: theta)
+    monkeypatch.setattr("gap.evidence.score.coordinates.simulate", values)
+    (found,) = one_way(one, [None], range(3), [one.theta[:, None, None]], np.full(3, reach))  # type: ignore[list-item]
+    low, high = np.array([[f.low, f.high] for f in one.free]).T
+    for k, moved in enumerate(tried):
+        assert np.all((low * (1 - 1e-12) <= moved) & (moved <= high * (1 + 1e-12)))
+        step = phi_of(one.with_theta(moved))[k] - phi_of(one)[k]
+        assert 0.0 < abs(step) <= reach * (1 + 1e-12)
+        assert found[k, k, 0, 0] == pytest.approx((moved[k] - one.theta[k]) / step)
