@@ -16,6 +16,7 @@ from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.score.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
+from gap.evidence.score.laplace import bounded
 from gap.evidence.score.prior import prior_of
 from gap.evidence.sensitivity import renewed
 from gap.fitting.fit import HALF
@@ -175,19 +176,3 @@ def _followed(seen: Seen, point: Point, further: Point, precision: Array) -> Poi
     shares = shares_of_missed(phi_of(further.model) - phi_of(point.model), precision)
     found = [j + shares[:, None, None, None] * m for j, m in zip(point.jacobian, _missed(seen, point, further), strict=True)]
     return replace(further, jacobian=tuple(found))
-
-
-def bounded(precision: Array, slope: Array, low: Array, high: Array) -> Array:
-    """The step to the maximum within (low, high): numbers that would leave are put on the end, the others solved again."""
-    fixed = np.zeros(len(slope), dtype=bool)
-    step = np.zeros(len(slope))
-    for _ in range(len(slope) + 1):
-        open_ = ~fixed
-        right = slope[open_] - precision[np.ix_(open_, fixed)] @ step[fixed]
-        step[open_] = np.linalg.solve(precision[np.ix_(open_, open_)], right)
-        outside = open_ & ((step < low) | (step > high))
-        if not outside.any():
-            break
-        step[outside] = np.clip(step, low, high)[outside]
-        fixed |= outside
-    return step

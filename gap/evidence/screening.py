@@ -144,12 +144,7 @@ class Screen:
             inner, mixed = self._freed(rows)
             return Promise(suspect, base.log_z + float(mixed[0] - 0.5 * inner[0, 0]), signature)
         own = self.freed(signature)
-        if len(own.numbers) == 1:
-            gain = added(own.inner[0, 0], own.mixed[0], own.low[0], own.high[0], own.weights[0])[1]
-            return Promise(suspect, base.log_z + gain, signature)
-        m = own.inner + np.diag(own.weights)
-        gain = 0.5 * float(own.mixed @ np.linalg.solve(m, own.mixed) + np.sum(np.log(own.weights)) - np.linalg.slogdet(m)[1])
-        return Promise(suspect, base.log_z + gain, signature)
+        return Promise(suspect, base.log_z + added(own.inner, own.mixed, own.low, own.high, own.weights), signature)
 
     def freed(self, signature: LinearSignature) -> Freed:
         """Of an effect that has numbers; one of the signatures given."""

@@ -53,16 +53,10 @@ def shown_from(screen: Screen, signature: LinearSignature, needed: float) -> flo
         return np.inf
     k = own.numbers.index(first)
     reach = max(own.high[k], -own.low[k])
-    if len(own.numbers) > 1:
-        m, column = own.inner + np.diag(own.weights), own.inner[:, k]
-        occam = 0.5 * float(np.sum(np.log(own.weights)) - np.linalg.slogdet(m)[1])
-        size = float(np.sqrt(2.0 * max(needed - occam, 0.0) / (column @ np.linalg.solve(m, column))))
-        return size if size <= reach else np.inf
-    inner, low, high, weight = own.inner[0, 0], own.low[0], own.high[0], own.weights[0]
     side = 1.0 if own.high[k] == reach else -1.0
 
     def short(size: float) -> float:
-        return added(inner, side * size * inner, low, high, weight)[1] - needed
+        return added(own.inner, side * size * own.inner[:, k], own.low, own.high, own.weights) - needed
 
     return float(brentq(short, 0.0, reach)) if short(reach) > 0.0 > short(0.0) else np.inf
 

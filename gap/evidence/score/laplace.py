@@ -33,31 +33,46 @@ def truncated(precision: Array, slope: Array, phi: Array, low: Array, high: Arra
     to_low, to_high = (phi - low) / width, (high - phi) / width
     inside = np.zeros(len(phi))
     for k in range(len(phi)):
-        nearest = min(to_low[k], to_high[k])
-        if nearest * width[k] <= AT_END:
+        if min(to_low[k], to_high[k]) * width[k] <= AT_END:
             outward = -slope[k] if to_low[k] <= to_high[k] else slope[k]
             inside[k] = np.log(0.5 * erfcx(max(outward, 0.0) * width[k] / np.sqrt(2.0)))
         else:
-            inside[k] = log_ndtr(nearest)
+            inside[k] = log_share(-to_low[k], to_high[k])
     return float(inside.sum())
 
 
-def added(inner: float, mixed: float, low: float, high: float, precision: float) -> tuple[float, float]:
-    """One number more, beside a normal posterior of all others: its best value within (low, high) and what it adds to log Z.
+def added(inner: Array, mixed: Array, low: Array, high: Array, precision: Array) -> float:
+    """What numbers more add to log Z, beside a normal posterior of all others.
 
-    `inner`: s'Σ⁻¹s less what the others do of it (Schur's complement), `mixed`: s'Σ⁻¹r likewise, `precision` of its prior about 0.
+    `inner`: sᵀΣ⁻¹s less what the others do of it (Schur's complement), `mixed`: sᵀΣ⁻¹r likewise; `precision` of their priors about 0, which
+    end at `low` and `high`.
     """
-    h = inner + precision
-    best = mixed / h
-    width = 1.0 / np.sqrt(h)
-    clipped = float(np.clip(best, low, high))
-    share = _log_share((low - best) / width, (high - best) / width)
-    prior_share = _log_share(low * np.sqrt(precision), high * np.sqrt(precision))
-    return clipped, float(0.5 * mixed**2 / h + 0.5 * np.log(precision / h) + share - prior_share)
+    h = inner + np.diag(precision)
+    step = bounded(h, mixed, low, high)
+    gained = float(mixed @ step - 0.5 * step @ h @ step) + 0.5 * float(np.sum(np.log(precision)) - np.linalg.slogdet(h)[1])
+    prior_share = sum(log_share(*each) for each in zip(low, high, precision, strict=True))
+    return gained + truncated(h, mixed - h @ step, step, low, high) - prior_share
 
 
-def _log_share(a: float, b: float) -> float:
-    """ln(Φ(b) − Φ(a)), accurate in both tails."""
+def bounded(precision: Array, slope: Array, low: Array, high: Array) -> Array:
+    """The step to the maximum within (low, high): numbers that would leave are put on the end, the others solved again."""
+    fixed = np.zeros(len(slope), dtype=bool)
+    step = np.zeros(len(slope))
+    for _ in range(len(slope) + 1):
+        open_ = ~fixed
+        right = slope[open_] - precision[np.ix_(open_, fixed)] @ step[fixed]
+        step[open_] = np.linalg.solve(precision[np.ix_(open_, open_)], right)
+        outside = open_ & ((step < low) | (step > high))
+        if not outside.any():
+            break
+        step[outside] = np.clip(step, low, high)[outside]
+        fixed |= outside
+    return step
+
+
+def log_share(low: float, high: float, precision: float = 1.0) -> float:
+    """ln of what of a normal about 0 lies between `low` and `high`, accurate in both tails."""
+    a, b = low * np.sqrt(precision), high * np.sqrt(precision)
     if a > 0:
         a, b = -b, -a
     upper = log_ndtr(b)

@@ -2,7 +2,7 @@
 
 A constant is normal about the rig file's value (log-normal where it is positive), with the standard deviation of its provenance. The size
 of an effect, or a constant that is suspected of having changed, may be anything in its plausible range: normal about its neutral value
-(half-normal where it has one sign) with the far end of the range RANGE_SDS standard deviations away.
+with the far end of the range RANGE_SDS standard deviations away, and nothing beyond its ends (half-normal where it has one sign).
 """
 
 from __future__ import annotations
@@ -14,29 +14,32 @@ import numpy as np
 from gap.data.measured import Array
 from gap.evidence.deciding_numbers import RANGE_SDS
 from gap.evidence.score.coordinates import ends
+from gap.evidence.score.laplace import log_share
 from gap.fitting.model import Free, Model
 
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Precision of every φ about 0, and where φ ends; `one_sided`: how many halves of normals among them."""
+    """Precision of every φ about 0, and where φ ends; `log_share`: ln of what of the normals of effects' sizes lies there. (Of a constant
+    nearly all does, and all sets have it alike.)"""
 
     precision: Array
     low: Array
     high: Array
-    one_sided: int
+    log_share: float
 
     def log_density(self, phi: Array) -> float:
         """ln p(φ), without −½ ln 2π a number: what a Laplace approximation puts in again."""
         squares = float(np.sum(self.precision * phi**2))
-        return 0.5 * (float(np.sum(np.log(self.precision))) - squares) + self.one_sided * float(np.log(2.0))
+        return 0.5 * (float(np.sum(np.log(self.precision))) - squares) - self.log_share
 
 
 def prior_of(model: Model) -> Prior:
     """Of every free number of a model, in its order."""
     free, (low, high) = model.free, ends(model)
-    halves = sum(not f.prior and f.start in (f.low, f.high) for f in free)
-    return Prior(np.array([_precision(f) for f in free]), low, high, halves)
+    precision = np.array([_precision(f) for f in free])
+    sizes = [k for k, f in enumerate(free) if not f.prior]
+    return Prior(precision, low, high, sum(log_share(low[k], high[k], precision[k]) for k in sizes))
 
 
 def _precision(free: Free) -> float:
