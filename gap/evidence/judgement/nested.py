@@ -47,6 +47,9 @@ def _begun(seen: Seen, fitted: Hypothesis, gone: Sequence[Suspect], stated: Mode
     step = phi_of(model.with_theta(there.theta)) - phi_of(model)
     readings = tuple(r + np.tensordot(step, j, 1) * e.sigma for r, j, e in zip(at.readings, at.jacobian, seen.experiments, strict=True))
     columns = tuple(of_other_priors(j, model, there)[kept] for j in at.jacobian)
+    idle = np.isin(kept, _of_effects(model, gone))
+    for column in columns:
+        column[idle] = 0.0
     point = replace(at, model=there.restricted(kept), readings=readings, jacobian=columns)
     return replace(fitted, suspects=tuple(s for s in fitted.suspects if s not in gone), at=point)
 
@@ -63,6 +66,11 @@ def _taken_back(model: Model, gone: Sequence[Suspect], stated: Model) -> Model:
 def _without_sizes(model: Model, gone: Sequence[Suspect]) -> list[int]:
     """Numbers that stay free: what else an effect has does nothing without a size, and is as little known as before."""
     return sorted(set(range(len(model.free))) - set(_sizes(model, gone)))
+
+
+def _of_effects(model: Model, gone: Sequence[Suspect]) -> list[int]:
+    """All numbers of missing effects among the suspects."""
+    return [k for s in gone if not isinstance(s, Changed) for k in model.of_effect(model.entry_added(s.effect, s.where))]
 
 
 def _sizes(model: Model, gone: Sequence[Suspect]) -> list[int]:
