@@ -97,7 +97,9 @@ class EvidenceSearch:
 
     def fit_of(self, labels: frozenset[str]) -> Hypothesis:
         """The fit of a set that has one."""
-        return next(h for h in self.fitted if h.labels == labels)
+        found = self.known(labels)
+        assert found is not None
+        return found
 
     def known(self, labels: frozenset[str]) -> Hypothesis | None:
         """The fit of a set, if there is one."""

@@ -72,7 +72,8 @@ def _two_at_once(search: EvidenceSearch, best: Hypothesis, promised: Sequence[Op
     """Neither of two effects may show without the other, as a link that bends and a late sensor at its tip: alone the first one ends where
     it does nothing. So where a set stays the best and leaves more than honest models leave, or its constants have gone far to leave less, a
     second suspect is looked for where the most promising first ones are tried."""
-    if search.best.labels != best.labels or len(best.suspects) + 2 > _MOST_EFFECTS or not doubtful(search.seen, best):
+    now = search.best
+    if now.labels != best.labels or len(now.suspects) + 2 > _MOST_EFFECTS or not doubtful(search.seen, now):
         return search
     firsts: dict[frozenset[str], Open] = {}
     for waiting in sorted(promised, key=lambda w: -w.gain):
@@ -118,7 +119,7 @@ def _rivals_ended(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) ->
 
 def _rivals(search: EvidenceSearch, best: Hypothesis, rest: Hypothesis) -> list[Hypothesis]:
     """Sets of as many suspects that gain half of what the best one has over the rest: they may be as good when they are fitted as far."""
-    half = 0.5 * (best.log_z + rest.log_z)
+    half = 0.5 * (search.fit_of(best.labels).log_z + search.fit_of(rest.labels).log_z)
     beside = [h for h in search.fitted if rest.labels < h.labels and len(h.labels) == len(best.labels) and h.labels != best.labels]
     return [h for h in beside if h.log_z > half]
 
@@ -175,7 +176,7 @@ def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, alway
         first, before = max(search.waiting, key=search.log_hope), search.best.labels
         if search.log_hope(first) < search.log_mass(search.best) + NEGLIGIBLE:
             asked |= {first.labels}
-            if len(asked) > always or (not base.suspects and search.log_mass(search.best) <= search.log_mass(base)):
+            if len(asked) > always or (not base.suspects and before == base.labels):
                 break
         rest = tuple(w for w in search.waiting if w is not first)
         done = refined(search, first)

@@ -36,7 +36,8 @@ def led_by(seen: Seen, judged: Hypothesis, other: Hypothesis, held: Seen) -> Hyp
     has found."""
     both, model = together(seen, held), judged.model
     there = {free.key: number for number, free in enumerate(other.model.free)}
-    own, its = np.array([(number, there[free.key]) for number, free in enumerate(model.free) if free.key in there]).T
+    alike = [(number, there[free.key]) for number, free in enumerate(model.free) if free.key in there]
+    own, its = np.array(alike, dtype=np.int64).reshape(-1, 2).T
     theta, columns = model.theta.copy(), [j.copy() for j in judged.at.jacobian]
     theta[own] = np.clip(other.model.theta[its], [model.free[k].low for k in own], [model.free[k].high for k in own])
     for column, known in zip(columns, other.at.jacobian, strict=True):

@@ -46,10 +46,10 @@ def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] |
     """Over all sets met, those that only wait with what they promise, which is as far below the best set in every window: nothing is known
     of single ones. `judged`: sets fitted to all logs, the best set among them; the others are taken to gain with the hold-out what that
     one does. `nested`: sets as larger ones that are judged see them (gap.evidence.judgement.nested), which count where that is more."""
-    every = _weights(search)
+    best = search.best
+    every = _weights(search, best)
     if judged:
-        usual = judged[search.best.labels]
-        every = {labels: _gaining(weight, search.best, usual) for labels, weight in every.items()}
+        every = {labels: _gaining(weight, best, judged[best.labels]) for labels, weight in every.items()}
         every |= {labels: search.weight(h) for labels, h in judged.items()}
     for hypothesis in nested:
         weight, known = search.weight(hypothesis), every.get(hypothesis.labels)
@@ -57,13 +57,13 @@ def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] |
     return Shares(dict(zip(every, bootstrapped(list(every.values())), strict=True)))
 
 
-def _weights(search: EvidenceSearch) -> dict[frozenset[str], Weight]:
-    """By the logs that are fitted."""
+def _weights(search: EvidenceSearch, best: Hypothesis) -> dict[frozenset[str], Weight]:
+    """By the logs that are fitted. `best`: of the search."""
     found = {h.labels: search.weight(h) for h in search.fitted}
     promised: dict[frozenset[str], Weight] = {}
     for waiting in sorted(search.waiting, key=search.log_hope):
         if waiting.labels not in found:
-            promised[waiting.labels] = replace(found[search.best.labels], log_mass=search.log_hope(waiting))
+            promised[waiting.labels] = replace(found[best.labels], log_mass=search.log_hope(waiting))
     return found | promised
 
 

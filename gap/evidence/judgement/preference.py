@@ -42,7 +42,7 @@ def preferences(fitted: Sets, on_all: Sets, chosen: frozenset[str], shares: Mapp
     """Of the chosen set to none, unless it is that, and to the likeliest other one that the hold-out was asked about. `fitted`: sets on the
     fit logs, `on_all`: on all logs, the hold-out's windows last; `shares`: of the posterior."""
     none = frozenset[str]()
-    rivals = sorted(on_all.keys() - {chosen, none}, key=lambda labels: -shares[labels])[:1]
+    rivals = sorted((labels for labels in on_all if labels not in (chosen, none)), key=lambda labels: -shares[labels])[:1]
     others = [*([none] if chosen else []), *rivals]
     return tuple(_preference(fitted, on_all, chosen, other) for other in others)
 

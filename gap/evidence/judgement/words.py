@@ -155,7 +155,7 @@ def advised(why: str, left: Sequence[str], by_fit_logs: bool) -> str:
 
 
 def unexplained(all_logs: Seen, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:
-    """Channels in which the chosen set, fitted to all logs, leaves a larger discrepancy than the prior allows: what the fit logs' motion
+    """Channels in which the chosen set, fitted to all logs, leaves a larger discrepancy than honest models leave: what the fit logs' motion
     does not show may act in the hold-out."""
     times = beyond(all_logs, chosen)
     return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, times, strict=True) if r > 0.0]

@@ -94,7 +94,7 @@ def _driven(experiment: Experiment, p: Vector, slot: int) -> Iterator[Experiment
     volts_per_force = p[at + J.FULL_SCALE] / p[at + J.FORCE_GAIN]
     velocity = np.nan_to_num(plan.targets[:, Target.VELOCITY + slot])
     speed = float(np.sqrt(np.mean(velocity**2)))
-    slow = [held[0] * np.exp(-((velocity / (part * speed)) ** 2)) for part in SLOW] if speed > 0.0 else []
+    slow = [held[0] * np.exp(-((velocity / (part * speed)) ** 2)) if speed > 0.0 else np.zeros(len(velocity)) for part in SLOW]
     for changed in [*(one - other for one, other in pairwise(held)), *slow]:
         commands = plan.commands_V.copy()
         commands[:, slot] -= _PART * _level(p, at) * volts_per_force * changed
