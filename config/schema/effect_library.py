@@ -6,10 +6,11 @@ how this lowest room learns of what stands above it without importing it, as dri
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import pkgutil
 from collections.abc import Iterator, Mapping
 from importlib.metadata import entry_points
+from pathlib import Path
 
 from config.errors import ConfigError, LongreachError
 from config.schema.effect import Effect
@@ -17,6 +18,12 @@ from config.schema.effect import Effect
 GROUP = "longreach.effects"
 _OURS = "longreach"
 _AGAIN = "in its folder, run `python -m pip install --no-deps --no-build-isolation --editable .` again"
+
+
+def library_folders() -> list[Path]:
+    """Where the files of all libraries stand."""
+    specs = (importlib.util.find_spec(point.value) for point in sorted(entry_points(group=GROUP)))
+    return [Path(folder) for spec in specs if spec is not None for folder in spec.submodule_search_locations or ()]
 
 
 def _declared(package: str) -> Iterator[Effect]:

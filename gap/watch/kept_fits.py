@@ -14,6 +14,7 @@ import numpy as np
 
 from config.errors import LogError, LongreachError
 from config.loading.load import LoadedRig
+from config.schema.effect_library import library_folders
 from config.whole_file import write_whole
 from gap.data.log_parts import load_parts
 from gap.watch.dated_logs import Unusable
@@ -21,8 +22,8 @@ from gap.watch.log_fit import LogFit, fit_log
 
 _CHECKOUT = Path(__file__).parents[2]
 # What a fit depends on; pages and pictures do not change it.
-_CODE = ("config", "recording", "sim_backend", "gap/data", "gap/fitting", "gap/evidence/score/changed.py", "gap/suspects",
-         "gap/watch/log_fit.py", "gap/watch/watched.py")  # fmt: skip
+_CODE = ("config", "recording", "sim_backend", "gap/data", "gap/fitting", "gap/settings.py", "gap/suspects",
+         "gap/evidence/score/changed.py", "gap/evidence/deciding_numbers.py", "gap/watch/log_fit.py", "gap/watch/watched.py")  # fmt: skip
 
 
 def key_of(path: Path, loaded: LoadedRig) -> str:
@@ -33,10 +34,9 @@ def key_of(path: Path, loaded: LoadedRig) -> str:
 
 @cache
 def source_version() -> str:
-    """Hash of the code that fits a log."""
+    """Hash of the code that fits a log, effects of other libraries included."""
     said = hashlib.sha256()
-    for place in _CODE:
-        at = _CHECKOUT / place
+    for at in [*(_CHECKOUT / place for place in _CODE), *library_folders()]:
         for path in [at] if at.is_file() else sorted(at.rglob("*.py")):
             said.update(path.read_bytes())
     return said.hexdigest()
