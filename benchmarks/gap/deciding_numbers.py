@@ -7,30 +7,23 @@ three times its stated size. A row a number: P(right) of every case with it halv
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
 
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.experiments import experiments_of
 from gap.data.measured import Measured, load
-from gap.evidence import deciding_numbers, opening, promises, search_state, set_fits, stages
-from gap.evidence.judgement import posterior
+from gap.evidence import deciding_numbers, opening, stages
 from gap.evidence.judgement.posterior import shares
-from gap.evidence.noise import discrepancy, other_form
-from gap.evidence.score import bootstrap, changed, coarsening, prior
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.nuisance import nuisances
 from gap.settings import Settings
 from tests.support.gap import axis_logs
 from tests.support.gap.maxwell_axis import maxwell_axis
 
-USERS: tuple[ModuleType, ...] = (
-    *(bootstrap, changed, coarsening, prior, discrepancy, other_form),
-    *(opening, posterior, promises, search_state, set_fits, stages, deciding_numbers),
-)
 # What the words alone use moves no probability.
 NUMBERS = (
     "MEMORY_S",
@@ -70,7 +63,7 @@ def _row(name: str, times: str, found: Mapping[str, float]) -> str:
 def scaled(name: str, times: float) -> Iterator[None]:
     """One deciding number other than it is, wherever it is used."""
     own = getattr(deciding_numbers, name)
-    users = [module for module in USERS if hasattr(module, name)]
+    users = [module for place, module in list(sys.modules.items()) if place.startswith("gap.evidence.") and hasattr(module, name)]
     try:
         for module in users:
             setattr(module, name, times * own)
