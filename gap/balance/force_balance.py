@@ -1,4 +1,4 @@
-"""The force balance of one joint, (G2) of docs/method/gap.md, over the supports of a log."""
+"""The force balance of one joint, (G5) of docs/method/gap.md, over the supports of a log."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Balance equations without differentiating noise: multiply by a smooth bump φ and integrate by parts
-(M. Shinbrot, Trans. ASME 79, 1957; D. Messenger and D. Bortz, Multiscale Modeling & Simulation 19, 2021), (G2) of docs/method/gap.md.
+(M. Shinbrot, Trans. ASME 79, 1957; D. Messenger and D. Bortz, Multiscale Modeling & Simulation 19, 2021), (G5) of docs/method/gap.md.
 
 ∫φ ẏ dt = −∫φ̇ y dt and ∫φ ÿ dt = ∫φ̈ y dt, because φ and its first three derivatives vanish at both ends of its support. Divided by
 ∫φ dt each integral is a weighted mean (of y, of its rate, of its acceleration), so an imbalance keeps the unit of its equation.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gap.data.measured import Array
 from sim_backend.memory.layout import SLOTS
 
-MOST_WINDOWS = 80  # of all fit logs together; of 70 to 90, more changed nothing in a prototype of the search
+MOST_WINDOWS = 80  # of all fit logs together; of 70 to 90, more changed nothing
 BLOCK = 3  # neighbouring windows chosen together: what one of them remembers is the end of the one before
 _AT_REST = 0.02  # of the largest speed of a joint in the log
 

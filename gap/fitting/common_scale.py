@@ -2,8 +2,8 @@
 
 Areas, volumes and flows twice as large, masses and friction too: the same motion at the same pressures. Finite differences do not see that
 the sensitivities cancel there. Their errors, times a signal of thousands of standard deviations, look like knowledge: a fit ends beside
-the scale that the priors want, and its interval is far too narrow. So the direction is taken from the units (docs/method/gap.md), and what
-the logs show along it from a simulation at another scale.
+the scale that the priors want, and its interval is far too narrow. So the direction is taken from the units (docs/method/gap-score.md), and
+what the logs show along it from a simulation at another scale.
 """
 
 from __future__ import annotations

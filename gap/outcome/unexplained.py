@@ -1,8 +1,8 @@
 """Where in the motion it is that something else acts: channels, ranges and windows in which the discrepancy of a fitted set concentrates.
 
-Gates look at the whole gap on the hold-out. Here it is what the chosen set, fitted to all logs, leaves beyond what honest models leave: of
-a window whose discrepancy is δ s (in noise) the part δ²s² / (1 + δ²s²) of the residual's power is no noise. A stick or a slip too early
-begins at a reversal, so time since the last one is a variable as well.
+It is what the chosen set, fitted to all logs, leaves beyond what honest models leave: of a window whose discrepancy is δ s (in noise) the
+part δ²s² / (1 + δ²s²) of the residual's power is no noise. A stick or a slip too early begins at a reversal, so time since the last one is
+a variable as well.
 """
 
 from __future__ import annotations
