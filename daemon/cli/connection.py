@@ -6,6 +6,7 @@ import argparse
 import json
 from contextlib import suppress
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from config.errors import DaemonError, LongreachError
@@ -48,9 +49,20 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON for scripts")
 
 
+def daemon_socket(arguments: argparse.Namespace) -> Path:
+    """Where the daemon listens, for a command that asks it: `asks_daemon` from now on."""
+    arguments.asked_daemon = True
+    return socket_path(arguments.socket)
+
+
+def asks_daemon(arguments: argparse.Namespace) -> bool:
+    """Whether the command has to do with a daemon, which goes on when the command is interrupted."""
+    return getattr(arguments, "asked_daemon", False)
+
+
 def connect(arguments: argparse.Namespace) -> OperatorClient:
     """A client on the daemon's socket; DaemonError with what to do when nobody answers. `--si` and `--json` are SI."""
-    return OperatorClient(socket_path(arguments.socket), si=getattr(arguments, "si", False) or getattr(arguments, "json", False))
+    return OperatorClient(daemon_socket(arguments), si=getattr(arguments, "si", False) or getattr(arguments, "json", False))
 
 
 def ask(arguments: argparse.Namespace, method: str, **params: Any) -> dict[str, Any]:

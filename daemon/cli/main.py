@@ -12,6 +12,13 @@ if TYPE_CHECKING:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
     words = sys.argv[1:] if argv is None else argv
+    try:
+        return _run(words)
+    except KeyboardInterrupt:  # while it still loads
+        return 130
+
+
+def _run(words: Sequence[str]) -> int:
     if "estop" in words:
         from daemon.cli.estop_at_once import estop_at_once
 

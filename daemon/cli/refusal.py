@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shlex
 import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from config.errors import DaemonError, DriverError, LogError, LongreachError
+from config.errors import ConfigError, DaemonError, DriverError, LogError, LongreachError
 from daemon.cli.mended_command import mended_command
 
 _LINE_OF_A_FILE = re.compile(r"\.ya?ml:\d+")
@@ -31,14 +33,35 @@ def as_typed_here(command: str) -> str:
 
 def report(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> None:
     """Print a refusal where its reader looks for it: JSON on stdout for scripts, text on stderr for people."""
-    if getattr(arguments, "json", False):
-        print(json.dumps({"error": {"class": type(error).__name__, "text": str(error), **error.refusal.as_dict()}}))
+    if getattr(arguments, "json", False) and _printed(json.dumps(error_object(error))):
         return
     mended, lines = mended_command(error, words, arguments)
     typed = shlex.join(["longreach", *mended]) if mended else next_command(error, words, arguments)
     print(f"longreach: {error}", file=sys.stderr)
     print("".join(f"change {line}\n" for line in lines), end="", file=sys.stderr)
     print(f"next: {as_typed_here(typed)}", file=sys.stderr)
+
+
+def error_object(error: LongreachError) -> dict[str, Any]:
+    """A refusal for scripts; `problems` where a file has several."""
+    problems = [each.as_dict() for each in error.problems] if isinstance(error, ConfigError) else []
+    several = {"problems": problems} if len(problems) > 1 else {}
+    return {"error": {"class": type(error).__name__, "text": str(error), **error.refusal.as_dict(), **several}}
+
+
+def _printed(text: str, end: str = "\n") -> bool:
+    """Whether standard output took it."""
+    try:
+        print(text, end=end, flush=True)
+    except OSError:
+        return False
+    return True
+
+
+def close_output() -> None:
+    """What standard output did not take (a full disk, a reader that left) is given up: Python would print a traceback of it at the end."""
+    if not _printed("", end=""):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def next_command(error: LongreachError, words: Sequence[str], arguments: argparse.Namespace) -> str:

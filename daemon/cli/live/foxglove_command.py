@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from daemon.cli.connection import daemon_socket
+
 DEFAULT_PORT = 8765  # where Foxglove looks first
 
 
@@ -20,10 +22,9 @@ def _live(arguments: argparse.Namespace) -> int:
     import asyncio
 
     from daemon.live.foxglove.server import serve_foxglove
-    from daemon.processes.paths import socket_path
 
     def say(text: str) -> None:
         print(text, flush=True)
 
-    asyncio.run(serve_foxglove(str(socket_path(arguments.socket)), arguments.port, arguments.layout, say))
+    asyncio.run(serve_foxglove(str(daemon_socket(arguments)), arguments.port, arguments.layout, say))
     return 0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from daemon.cli.connection import daemon_socket
+
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run_command=_top)
@@ -14,6 +16,5 @@ def _top(arguments: argparse.Namespace) -> int:
 
     from config.errors import EXIT_REFUSED
     from daemon.live.terminal.screen import show_top
-    from daemon.processes.paths import socket_path
 
-    return 0 if asyncio.run(show_top(str(socket_path(arguments.socket)))) else EXIT_REFUSED
+    return 0 if asyncio.run(show_top(str(daemon_socket(arguments)))) else EXIT_REFUSED

@@ -7,6 +7,7 @@ import secrets
 from pathlib import Path
 
 from config.errors import DaemonError
+from daemon.cli.connection import daemon_socket
 
 DEFAULT_PORT = 8042
 SHORTEST_TOKEN = 16
@@ -22,14 +23,13 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def _ui(arguments: argparse.Namespace) -> int:
     from daemon.live.page.server import serve_page
-    from daemon.processes.paths import socket_path
 
     def ready(address: str) -> None:
         print(f"{'control' if arguments.control else 'read-only'}: {address}", flush=True)
         port = address.partition("/#")[0].rpartition(":")[2]
         print(f"from another computer: ssh -L {port}:127.0.0.1:{port} THIS-COMPUTER, then the same address", flush=True)
 
-    serve_page(str(socket_path(arguments.socket)), _token(arguments.token_file), arguments.port, arguments.control, ready)
+    serve_page(str(daemon_socket(arguments)), _token(arguments.token_file), arguments.port, arguments.control, ready)
     return 0
 
 
