@@ -59,8 +59,10 @@ def stop_options(stop: argparse.ArgumentParser) -> None:
 
 def maneuver_text(name_or_path: str) -> dict[str, str]:
     """A file is sent as text, because the daemon may not see the caller's directory; a bare name is looked up there."""
+    from config.loading.load import read_text
+
     path = Path(name_or_path)
-    return {"text": path.read_text(encoding="utf-8"), "name": str(path)} if path.suffix in (".yaml", ".yml") else {"name": name_or_path}
+    return {"text": read_text(path), "name": str(path)} if path.suffix in (".yaml", ".yml") else {"name": name_or_path}
 
 
 def _start(arguments: argparse.Namespace) -> int:

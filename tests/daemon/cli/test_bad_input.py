@@ -248,3 +248,10 @@ def test_a_command_that_there_is_not_is_answered_with_the_nearest(words: list[st
         main(words)
     assert ended.value.code == 2
     assert capsys.readouterr().err == said
+
+
+def test_a_maneuver_file_that_is_not_utf8_is_told_with_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "latin.yaml"
+    path.write_bytes("longreach: maneuver/1\n# Höhe\n".encode("latin-1"))
+    assert main(["simulate", "ornl_testbed", str(path), "-o", str(tmp_path / "a.mcap")]) == 1
+    assert f"{path}:2:4: the file is not UTF-8 text: byte 0xf6" in capsys.readouterr().err
