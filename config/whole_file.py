@@ -30,9 +30,8 @@ _ADVICE = {
 def system_advice(error: OSError) -> str:
     """What to do about a refusal of the operating system; empty where nothing is known."""
     path = Path(os.fsdecode(error.filename)) if isinstance(error.filename, (str, bytes, os.PathLike)) else Path()
-    folder = next((each for each in path.parents if each.is_dir()), Path())
-    with suppress(OSError):
-        path = path if path.exists() else folder
+    folder = next((each for each in path.parents if os.path.isdir(each)), Path())  # no error of one that may not be looked into
+    path = path if os.path.exists(path) else folder
     return _ADVICE.get(error.errno or 0, "").format(place=shlex.quote(str(path)), folder=shlex.quote(str(folder)))
 
 
