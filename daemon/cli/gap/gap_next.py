@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import ConfigError
+from config.errors import ConfigError, LogError
 from daemon.cli.connection import add_json_option
 from daemon.cli.shown.progress import progress_lines
 
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from config.loading.load import LoadedRig
     from gap.maneuvers.separation import Rival
 
-_BETWEEN = "longreach gap next --rig RIG.yaml --between EFFECT@PLACE EFFECT@PLACE"
+_PARTS = {"findings", "gap", "parameters"}  # of findings.json, that are needed here
 
 
 def register(verbs: Any) -> None:
@@ -48,9 +50,9 @@ def _next(arguments: argparse.Namespace) -> int:
     from gap.maneuvers.next_maneuver import next_maneuver
 
     loaded = load_rig(arguments.rig)
-    content = json.loads(arguments.findings.read_text()) if arguments.findings else {}
+    content = _content(arguments.findings) if arguments.findings else {}
     measured = list(content["gap"]["channels"]) if content else None
-    rivals = _explanations(loaded, arguments.between, content, str(arguments.findings))
+    rivals = _explanations(loaded, arguments, content)
     if arguments.log:
         rivals = informed(loaded, rivals, [load(path, loaded.rig) for path in arguments.log])
     proposal = next_maneuver(loaded, rivals, progress_lines(arguments.json), measured)
@@ -61,6 +63,19 @@ def _next(arguments: argparse.Namespace) -> int:
     else:
         print(advice(proposal.as_dict()))
     return 0
+
+
+def _content(path: Path) -> dict[str, Any]:
+    """LogError for a file that is no findings.json: it is data, and not usable."""
+    from config.loading.load import read_text
+
+    content: Any = None
+    with suppress(ValueError):
+        content = json.loads(read_text(path))
+    if isinstance(content, dict) and content.keys() >= _PARTS:
+        return content
+    advice = "`longreach gap find --help` says which command writes one."
+    raise LogError("this is no findings.json", where=str(path), next_step=advice)
 
 
 def advice(proposal: dict[str, Any]) -> str:
@@ -83,21 +98,22 @@ def _word(value: Any) -> str:
     return "{" + ", ".join(f"{k}: {v}" for k, v in value.items()) + "}" if isinstance(value, dict) else str(value)
 
 
-def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dict[str, Any], path: str) -> list[Rival]:
+def _explanations(loaded: LoadedRig, arguments: argparse.Namespace, content: dict[str, Any]) -> list[Rival]:
     """From --between, else the finding in doubt and what it is hard to tell from."""
     from gap.maneuvers.rivals import MOST_RIVALS, no_effect, rival_of
     from gap.outcome.findings import explanations
 
-    if between:
-        return _given(loaded, between)
+    if arguments.between:
+        return _given(loaded, arguments.between)
+    two_effects = _with_two_effects(arguments.rig, next(iter(loaded.rig.joints)))
     if not content:
-        advice = f"Give --findings findings.json, or two effects: `{_BETWEEN}`."
+        advice = f"Give --findings findings.json, or two effects: `{two_effects}`."
         raise ConfigError("nothing to separate", where="gap next", next_step=advice)
     findings = _effects(explanations(content))  # a number that has changed stands among the constants
     doubtful = [item for item in findings if _effects(item["look_alikes"])] or [item for item in findings if not item["confirmed"]]
     if not doubtful:
-        advice = f"Every finding stands alone. Two effects all the same: `{_BETWEEN}`."
-        raise ConfigError("the findings leave nothing in doubt", where=path, next_step=advice)
+        advice = f"Every finding stands alone. Two effects all the same: `{two_effects}`."
+        raise ConfigError("the findings leave nothing in doubt", where=str(arguments.findings), next_step=advice)
     base = no_effect(loaded, {key: item["value"] for key, item in content["parameters"].items()})
     for item in findings:
         if item is not doubtful[0]:
@@ -105,6 +121,10 @@ def _explanations(loaded: LoadedRig, between: Sequence[str] | None, content: dic
     alike = [doubtful[0], *_effects(doubtful[0]["look_alikes"])][:MOST_RIVALS]
     found = [rival_of(loaded, item["effect"], item["where"], _values(item), base) for item in alike]
     return found if len(found) > 1 else [*found, base]
+
+
+def _with_two_effects(rig: str, joint: str) -> str:
+    return f"longreach gap next --rig {shlex.quote(rig)} --between coulomb_friction@{joint} valve_deadband@{joint}"
 
 
 def _given(loaded: LoadedRig, between: Sequence[str]) -> list[Rival]:

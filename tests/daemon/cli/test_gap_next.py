@@ -60,3 +60,13 @@ def test_a_changed_number_by_itself_leaves_nothing_to_be_told_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert compared(tmp_path, [CHANGED | {"confirmed": False}], monkeypatch, capsys) == []
+
+
+@pytest.mark.parametrize("text", ["no JSON", "[1]", '{"findings": []}'])
+def test_a_file_that_is_no_findings_is_unusable_data(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "findings.json"
+    path.write_text(text)
+    assert main(["gap", "next", "--rig", "force_axis", "--findings", str(path)]) == 3
+    said = capsys.readouterr().err.splitlines()
+    assert said[0].startswith(f"longreach: {path}: this is no findings.json")
+    assert said[1] == "next: longreach gap find --help"
