@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from config.errors import EXIT_REFUSED, DaemonError
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import COUNT
 
 if TYPE_CHECKING:
     from daemon.faults.fault import Fault, FaultRow
@@ -26,8 +27,8 @@ skipped with the reason where none can be made. See docs/results/faults.md.
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EPILOG
-    parser.add_argument("--trials", type=int, default=20, metavar="N", help="trials of each fault that the loop sees (default 20)")
-    parser.add_argument("--slow-trials", type=int, metavar="N", help="trials of each of the others (default 5, --quick 1)")
+    parser.add_argument("--trials", type=COUNT, default=20, metavar="N", help="trials of each fault that the loop sees (default 20)")
+    parser.add_argument("--slow-trials", type=COUNT, metavar="N", help="trials of each of the others (default 5, --quick 1)")
     parser.add_argument("--quick", action="store_true", help="2 trials of each fault, 1 on the wall clock")
     places = ("loop", "processes", "twin")
     parser.add_argument("--where", action="append", choices=places, help="only faults injected there (may be given again)")

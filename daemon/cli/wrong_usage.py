@@ -13,6 +13,7 @@ from config.parsing.nearest import nearest
 _CHOICE = re.compile(r"argument (?P<of>[^:]+): invalid choice: '(?P<given>[^']*)' \(choose from (?P<known>.*)\)")
 _UNKNOWN = re.compile(r"unrecognized arguments: (?P<given>.*)", re.DOTALL)
 _MISSING = re.compile(r"the following arguments are required: (?:COMMAND|VERB)$")
+_NUMBER = re.compile(r"argument (?P<of>[^:]+): '(?P<given>[^']*)' is out of range .*: nearest is (?P<near>\S+)$")
 _NAMES = re.compile(r"[\w-]+")
 
 
@@ -31,6 +32,8 @@ def wrong_usage(parser: argparse.ArgumentParser, words: Sequence[str], message: 
         return _no_such_choice(parser, words, choice)
     if unknown := _UNKNOWN.search(message):
         return _no_such_option(parser, words, unknown["given"])
+    if number := _NUMBER.search(message):
+        return WrongUsage(parser.prog, message, _with_number(parser, words, number))
     return WrongUsage(parser.prog, message, f"{parser.prog} --help", with_usage=not _MISSING.search(message))
 
 
@@ -67,6 +70,22 @@ def _named_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> arg
     return parser
 
 
+def _with_number(parser: argparse.ArgumentParser, words: Sequence[str], number: re.Match[str]) -> str:
+    """The same command with the nearest number after the option, or beside its "="; its help where the number stands among others."""
+    option, given, near = number["of"].rpartition("/")[2], number["given"], number["near"]
+    for place, word in enumerate(words):
+        if word == f"{option}={given}":
+            return _typed(parser, [*words[:place], f"{option}={near}", *words[place + 1 :]])
+        if word == option and given in words[place + 1 :]:
+            value = words.index(given, place + 1)
+            return _typed(parser, [*words[:value], near, *words[value + 1 :]])
+    return f"{parser.prog} --help"
+
+
+def _typed(parser: argparse.ArgumentParser, words: Sequence[str]) -> str:
+    return f"{parser.prog} {shlex.join(words)}"
+
+
 def _with(parser: argparse.ArgumentParser, words: Sequence[str], given: str, better: str) -> str:
     """The same command with `better` in the place of `given`, alone or beside its "="."""
     mended = []
@@ -76,4 +95,4 @@ def _with(parser: argparse.ArgumentParser, words: Sequence[str], given: str, bet
             mended.append(better + equals + value)
         else:
             mended.append(f"{option}={better}" if equals and value == given else word)
-    return f"{parser.prog} {shlex.join(mended)}"
+    return _typed(parser, mended)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.errors import EXIT_REFUSED, UsageError
 from daemon.cli.connection import add_json_option, connect
+from daemon.cli.number_option import COUNT
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -41,7 +42,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--shaper", default="adaptive", help="command filter of the first shaped move (default adaptive)")
     parser.add_argument("--identify", choices=("payload", "map"), default="map", help="one move, or small moves over the travel (default)")
-    parser.add_argument("--effort", type=int, default=25, help="generations of the compensator's search (default 25)")
+    parser.add_argument("--effort", type=COUNT, default=25, help="generations of the compensator's search (default 25)")
     add_json_option(parser)
     parser.set_defaults(run_command=_commission)
 

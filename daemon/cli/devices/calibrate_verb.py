@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.devices.words import of_rig
+from daemon.cli.number_option import COUNT
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -30,12 +31,12 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", metavar="RIG.yaml", help="the rig file")
     parser.add_argument("sensor", metavar="SENSOR", help="name of the signal, for example rotary.position")
     parser.add_argument("--at", action="append", required=True, metavar="VALUE[=COUNTS]", help='a known value: "0 mm", "200 mm=40012"')
-    parser.add_argument("--readings", type=int, default=100, help="readings at each value (default 100)")
+    parser.add_argument("--readings", type=COUNT, default=100, help="readings at each value (default 100)")
     parser.add_argument("--every", default="10 ms", metavar="TIME", help="pause between two readings (default 10 ms)")
     parser.add_argument("--noise-limit", metavar="VALUE", help="largest standard deviation at a point (default 0.1 %% of the span)")
     parser.add_argument("--residual-limit", metavar="VALUE", help="largest distance from the line (default 0.5 %% of the span)")
     parser.add_argument("--reference-uncertainty", metavar="VALUE", help="standard uncertainty of the known values (default 0)")
-    parser.add_argument("--valid-days", type=int, default=365, help="days until it must be repeated (default 365)")
+    parser.add_argument("--valid-days", type=COUNT, default=365, help="days until it must be repeated (default 365)")
     parser.add_argument("--by", help="who calibrates (default user@host)")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the rig file with the record here")
     parser.add_argument("--write", action="store_true", help="write the record into RIG.yaml itself")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from daemon.cli.connection import add_json_option
 from daemon.cli.gap import gap_demo, gap_loop, gap_next, gap_study, gap_watch
 from daemon.cli.gap.gap_next import advice
+from daemon.cli.number_option import finite
 from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option
 
@@ -32,7 +33,9 @@ def _register_find(verbs: Any) -> None:
     parser.add_argument("--rig", required=True, metavar="RIG.yaml", help="the rig file, or the name of a shipped rig")
     _log_options(parser)
     parser.add_argument("--out", type=Path, default=Path("gap-found"), metavar="DIR", help="where the results go (default ./gap-found)")
-    parser.add_argument("--window", type=float, metavar="S", help="length of the windows compared (default: by the kind of arm)")
+    parser.add_argument(
+        "--window", type=finite(0.01, 3600, "s"), metavar="S", help="length of the windows compared (default: by the kind of arm)"
+    )
     parser.add_argument(
         "--request",
         type=Path,

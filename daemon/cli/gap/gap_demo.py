@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.progress import Progress
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import SEED
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ HIDDEN = (
 
 def register(verbs: Any) -> None:
     parser = verbs.add_parser("demo", help="hide an effect of the simulated rig, log three maneuvers, find it, show the gap shrink")
-    parser.add_argument("--seed", type=int, default=1, help="chooses the hidden effect (default 1)")
+    parser.add_argument("--seed", type=SEED, default=1, help="chooses the hidden effect (default 1)")
     parser.add_argument("--out", type=Path, default=Path("gap-demo"), metavar="DIR", help="logs, findings and picture (default ./gap-demo)")
     add_json_option(parser)
     parser.set_defaults(run_command=_demo)

@@ -12,6 +12,7 @@ from config.errors import ConfigError
 from config.progress import Progress
 from daemon.cli.connection import add_json_option
 from daemon.cli.gap.gap_next import advice
+from daemon.cli.number_option import COUNT, SEED
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:
@@ -27,8 +28,8 @@ def register(verbs: Any) -> None:
     parser.add_argument("--log", type=Path, action="append", default=[], metavar="LOG", help="logs to begin with (default: two are run)")
     parser.add_argument("--holdout", type=Path, action="append", default=[], metavar="LOG", help="logs held out to begin with")
     parser.add_argument("--out", type=Path, default=Path("gap-loop"), metavar="DIR", help="every log and every round's results")
-    parser.add_argument("--rounds", type=int, default=4, metavar="N", help="most searches (default 4)")
-    parser.add_argument("--seed", type=int, default=1, help="of the simulated sensors' noise (default 1)")
+    parser.add_argument("--rounds", type=COUNT, default=4, metavar="N", help="most searches (default 4)")
+    parser.add_argument("--seed", type=SEED, default=1, help="of the simulated sensors' noise (default 1)")
     add_json_option(parser)
     parser.set_defaults(run_command=_loop)
 

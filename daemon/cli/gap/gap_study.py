@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import COUNT
 from daemon.cli.shown.progress import progress_lines
 
 
@@ -18,7 +19,7 @@ def register(verbs: Any) -> None:
         "--pair", nargs=2, type=Path, action="append", required=True, metavar=("LOG", "HOLDOUT"), help="may be repeated; named after LOG"
     )
     parser.add_argument("--out", type=Path, default=Path("gap-study"), metavar="DIR", help="where the results go (default ./gap-study)")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one a processor)")
+    parser.add_argument("--workers", type=COUNT, metavar="N", help="processes (default: one a processor)")
     parser.add_argument("--dask", metavar="ADDRESS", help="run on the workers of this Dask scheduler, e.g. tcp://host:8786, instead")
     add_json_option(parser)
     parser.set_defaults(run_command=_study)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.dates import moment
+from daemon.cli.number_option import COUNT
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def register(verbs: Any) -> None:
         help="how far a number may go, e.g. axis.coulomb_friction.friction='80 N' (bare: in the rig file's unit); an upper limit above the "
         "rig file's value, a lower one below it; may be repeated (default: 3 standard deviations of its tag to either side)",
     )
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one a processor)")
+    parser.add_argument("--workers", type=COUNT, metavar="N", help="processes (default: one a processor)")
     add_json_option(parser)
     parser.set_defaults(run_command=_watch)
 

@@ -11,6 +11,7 @@ from config.errors import DaemonError
 from config.readable import number
 from daemon.cli.connection import add_json_option, connect, show
 from daemon.cli.jog.steering import DEAD_MAN_S, FIRST_SPEED, SteeredMotion, Steering, keys_of
+from daemon.cli.number_option import finite
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen, coloured
 
@@ -35,9 +36,11 @@ frequency, as far as the rig file knows it, so that the arm does not swing. See 
 def options(jog: argparse.ArgumentParser) -> None:
     jog.epilog = _EPILOG
     jog.add_argument("--tip", action="store_true", help="begin with the tip in the plane, not with the joints")
-    jog.add_argument("--speed", type=float, default=100.0 * FIRST_SPEED, metavar="PERCENT", help="of the limits, at first (default 10)")
+    jog.add_argument(
+        "--speed", type=finite(1, 100, "%"), default=100.0 * FIRST_SPEED, metavar="PERCENT", help="of the limits, at first (default 10)"
+    )
     jog.add_argument("--shaper", default=RIG_FILTER, choices=FILTERS, help="command filter of all joints (default: the rig's)")
-    jog.add_argument("--countdown", type=float, metavar="S", help="seconds of announcement (default: the rig's)")
+    jog.add_argument("--countdown", type=finite(0, unit="s"), metavar="S", help="seconds of announcement (default: the rig's)")
     add_si_option(jog)
     add_json_option(jog)
     jog.set_defaults(run_command=_jog)
@@ -48,8 +51,6 @@ def _jog(arguments: argparse.Namespace) -> int:
     from daemon.cli.jog.keyboard import Keyboard
     from daemon.server.stream_client import Stream
 
-    if not 0.0 < arguments.speed <= 100.0:
-        raise DaemonError("the speed is a share of the limits", value=arguments.speed, limit="above 0 to 100", unit="%")
     with connect(arguments) as client, Keyboard() as keyboard:
         joints = list(client.call("status")["joints"])
         shaper = None if arguments.shaper == RIG_FILTER else {"kind": arguments.shaper, "joints": joints}

@@ -6,13 +6,14 @@ import argparse
 from pathlib import Path
 
 from daemon.cli.connection import daemon_socket
+from daemon.cli.number_option import PORT
 
 DEFAULT_PORT = 8765  # where Foxglove looks first
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--port", type=int, default=DEFAULT_PORT, metavar="N", help="port on loopback (default %(default)s; 0: any free one)"
+        "--port", type=PORT, default=DEFAULT_PORT, metavar="N", help="port on loopback (default %(default)s; 0: any free one)"
     )
     parser.add_argument("--layout", type=Path, metavar="FILE.json", help="write the shipped layout for this rig there, to import it")
     parser.set_defaults(run_command=_live)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import argparse
 
+from daemon.cli.number_option import PORT, finite
+
 _VIEWS = ("ui", "top", "live")
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG.mcap", help="a log that longreach wrote or imported with a rig file")
     parser.add_argument("view", nargs="?", choices=_VIEWS, help="where to show it; left out: serve it at --at until interrupted")
-    parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="seconds of the log a second (default 1)")
-    parser.add_argument("--from", type=float, default=0.0, dest="from_s", metavar="S", help="begin so long after the log's first row")
+    parser.add_argument("--speed", type=finite(), default=1.0, metavar="X", help="seconds of the log a second (default 1)")
+    parser.add_argument("--from", type=finite(), default=0.0, dest="from_s", metavar="S", help="begin so long after the log's first row")
     parser.add_argument("--at", metavar="SOCKET", help="the socket to answer at (default: one of its own)")
-    parser.add_argument("--port", type=int, metavar="N", help="of ui and live")
+    parser.add_argument("--port", type=PORT, metavar="N", help="of ui and live")
     parser.set_defaults(run_command=_play)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from config.errors import DaemonError
 from daemon.cli.connection import daemon_socket
+from daemon.cli.number_option import PORT
 
 DEFAULT_PORT = 8042
 SHORTEST_TOKEN = 16
@@ -15,7 +16,7 @@ SHORTEST_TOKEN = 16
 
 def options(parser: argparse.ArgumentParser) -> None:
     port_help = "port on loopback (default %(default)s; 0: any free one)"
-    parser.add_argument("--port", type=int, default=DEFAULT_PORT, metavar="N", help=port_help)
+    parser.add_argument("--port", type=PORT, default=DEFAULT_PORT, metavar="N", help=port_help)
     parser.add_argument("--control", action="store_true", help="the page may also arm, start and stop; without it it only looks")
     parser.add_argument("--token-file", type=Path, metavar="FILE", help="take the token from this file (default: a new one every time)")
     parser.set_defaults(run_command=_ui)

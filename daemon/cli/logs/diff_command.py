@@ -8,6 +8,7 @@ from pathlib import Path
 
 from config.errors import EXIT_REFUSED
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import COUNT
 from daemon.cli.shown.shown_units import add_si_option
 
 
@@ -15,7 +16,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("a", type=Path, metavar="A.mcap")
     parser.add_argument("b", type=Path, metavar="B.mcap")
     parser.add_argument(
-        "--runs", type=int, nargs=2, metavar=("M", "N"), help="compare run M of A with run N of B (default: the first of each)"
+        "--runs", type=COUNT, nargs=2, metavar=("M", "N"), help="compare run M of A with run N of B (default: the first of each)"
     )
     parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="the picture (default: A-B.png beside A)")
     add_si_option(parser)

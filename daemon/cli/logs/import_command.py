@@ -9,14 +9,15 @@ from pathlib import Path
 
 from config.errors import UsageError
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import finite
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("table", type=Path, metavar="DATA", help="a table with column names: CSV (comma, semicolon, tab) or MATLAB .mat")
     parser.add_argument("--map", metavar="MAP.yaml", help="renames columns and converts units; a file or the name of a shipped map")
     parser.add_argument("--rig", metavar="RIG.yaml", help="the rig the data are from: goes into the log, and its joints must be the data's")
-    parser.add_argument("--from", dest="first_s", type=float, action="append", default=[], metavar="S", help="only from this t_s on")
-    parser.add_argument("--to", dest="last_s", type=float, action="append", default=[], metavar="S", help="only up to this t_s")
+    parser.add_argument("--from", dest="first_s", type=finite(), action="append", default=[], metavar="S", help="only from this t_s on")
+    parser.add_argument("--to", dest="last_s", type=finite(), action="append", default=[], metavar="S", help="only up to this t_s")
     parser.add_argument("--suggest", action="store_true", help="print a map proposed from the column names, and write no log")
     parser.add_argument("-o", "--output", type=Path, metavar="LOG.mcap", help="the log; NAME-1, NAME-2 … where gaps or spans make several")
     add_json_option(parser)

@@ -7,11 +7,12 @@ import json
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.each_log import add_logs
+from daemon.cli.number_option import COUNT
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     add_logs(parser, _incident)
-    parser.add_argument("--fault", type=int, metavar="N", help="only this fault of the log, counted from 1")
+    parser.add_argument("--fault", type=COUNT, metavar="N", help="only this fault of the log, counted from 1")
     add_json_option(parser)
 
 

@@ -15,6 +15,7 @@ from daemon.cli.logs.diff_command import options as diff_options
 from daemon.cli.logs.each_log import add_logs
 from daemon.cli.logs.incident_command import options as incident_options
 from daemon.cli.logs.report_command import options as report_options
+from daemon.cli.number_option import finite
 from daemon.cli.shown.shown_units import add_si_option
 from daemon.processes.sd_notify import notify
 
@@ -34,8 +35,8 @@ def log_verbs(log: argparse.ArgumentParser) -> None:
     plot.add_argument(
         "--signals", nargs="+", metavar="GLOB", help="these columns alone, e.g. 'rotary.*' '*.command_V' tip.acceleration_mps2"
     )
-    plot.add_argument("--from", dest="first_s", type=float, default=float("-inf"), metavar="S", help="only from this t_s on")
-    plot.add_argument("--to", dest="last_s", type=float, default=float("inf"), metavar="S", help="only up to this t_s")
+    plot.add_argument("--from", dest="first_s", type=finite(), default=float("-inf"), metavar="S", help="only from this t_s on")
+    plot.add_argument("--to", dest="last_s", type=finite(), default=float("inf"), metavar="S", help="only up to this t_s")
     add_si_option(plot)
     diff_options(verbs.add_parser("diff", help=_DIFF, description=_DIFF))
     report_options(verbs.add_parser("report", help=_REPORT, description=_REPORT))

@@ -11,6 +11,7 @@ from pathlib import Path
 from config.errors import UsageError
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.each_log import add_logs
+from daemon.cli.number_option import COUNT
 
 LOWEST = 19  # priority
 
@@ -20,7 +21,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     logs = parser.get_default("run_command")
     parser.add_argument("--all", type=Path, metavar="DIRECTORY", help="make every page of a run or fault that is missing in a directory")
     parser.add_argument("--watch", action="store_true", help="with --all: go on, and make those of each log when it is closed")
-    parser.add_argument("--run", type=int, metavar="N", help="only this run")
+    parser.add_argument("--run", type=COUNT, metavar="N", help="only this run")
     parser.add_argument("--no-simulation", action="store_true", help="leave out the same run on the simulated rig (quicker)")
     add_json_option(parser)
     parser.set_defaults(run_command=lambda arguments: _all(arguments) if arguments.all else logs(_named(arguments)))
@@ -48,7 +49,7 @@ def _all(arguments: argparse.Namespace) -> int:
 def _report(arguments: argparse.Namespace) -> int:
     from daemon.reports.run_report import write_reports
 
-    pages = write_reports(arguments.log, [arguments.run] if arguments.run else None, not arguments.no_simulation, _tell)
+    pages = write_reports(arguments.log, None if arguments.run is None else [arguments.run], not arguments.no_simulation, _tell)
     print(json.dumps({"log": str(arguments.log), "pages": [str(page) for page in pages]}) if arguments.json else "\n".join(map(str, pages)))
     return 0
 

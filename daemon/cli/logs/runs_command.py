@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from config.errors import LogError
 from daemon.cli.connection import add_json_option
 from daemon.cli.dates import moment
+from daemon.cli.number_option import COUNT, finite
 
 if TYPE_CHECKING:
     from recording.files.catalogue import Recorded
@@ -42,9 +43,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--since", metavar="DATE", help="only runs that began then or later, UTC: 2026-05-31, 2026-05-31T14:00")
     parser.add_argument("--until", metavar="DATE", help="only runs that began up to then; a bare date means all of that day")
     parser.add_argument("--vibration", action="store_true", help="show what vibration was left (rms of the holds, m/s²)")
-    parser.add_argument("--vibration-above", type=float, metavar="MPS2", help="only runs that left more than this")
-    parser.add_argument("--vibration-below", type=float, metavar="MPS2", help="only runs that left less than this")
-    parser.add_argument("--last", type=int, metavar="N", help="only the newest N")
+    parser.add_argument("--vibration-above", type=finite(), metavar="MPS2", help="only runs that left more than this")
+    parser.add_argument("--vibration-below", type=finite(), metavar="MPS2", help="only runs that left less than this")
+    parser.add_argument("--last", type=COUNT, metavar="N", help="only the newest N")
     add_json_option(parser)
     parser.set_defaults(run_command=_runs)
 
@@ -56,7 +57,7 @@ def _runs(arguments: argparse.Namespace) -> int:
     found.sort(key=lambda each: (each.started, each.log.path.name, each.run.number))
     if arguments.vibration or arguments.vibration_above is not None or arguments.vibration_below is not None:
         found = list(_with_vibration(arguments, found))
-    found = found[-arguments.last :] if arguments.last else found
+    found = found if arguments.last is None else found[-arguments.last :]
     if arguments.json:
         print(json.dumps([_as_dict(each) for each in found]))
     else:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from config.errors import EXIT_REFUSED, LogError
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import finite
 
 if TYPE_CHECKING:
     from config.schema.rig import Loop
@@ -23,17 +24,10 @@ RATES_HZ = (250.0, 500.0, 1000.0, 2000.0, 4000.0)
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", default="ornl_testbed", help="whose `loop` section is asked for (default ornl_testbed)")
-    parser.add_argument("--seconds", type=_seconds, default=4.0, metavar="S", help="measured at each rate (default 4)")
+    parser.add_argument("--seconds", type=finite(0.5, 3600, "s"), default=4.0, metavar="S", help="measured at each rate (default 4)")
     parser.add_argument("--load", action="store_true", help="beside a process on every processor that computes without a pause")
     add_json_option(parser)
     parser.set_defaults(run_command=_host)
-
-
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not 0.5 <= value <= 3600.0:
-        raise argparse.ArgumentTypeError(f"{text} s (0.5 to 3600)")
-    return value
 
 
 def _host(arguments: argparse.Namespace) -> int:

@@ -12,6 +12,7 @@ from typing import Any
 from config.errors import DaemonError
 from config.stated_sentences import StatedSentences
 from daemon.cli.connection import add_json_option, ask_to_stop, connect, show
+from daemon.cli.number_option import COUNT, finite
 from daemon.cli.operate.status_commands import status_view
 from daemon.cli.shaper_option import add_shaper_options, shaper_request
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
@@ -31,12 +32,12 @@ def start_options(start: argparse.ArgumentParser) -> None:
     start.add_argument("maneuver", help="name of a shipped maneuver, or a maneuver file")
     start.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one parameter, e.g. --set y0='30 in'")
     add_shaper_options(start)
-    start.add_argument("--repeat", type=int, default=1, metavar="N", help="run the program N times (default 1)")
+    start.add_argument("--repeat", type=COUNT, default=1, metavar="N", help="run the program N times (default 1)")
     start.add_argument("--approach", action="store_true", help="first move slowly to where the maneuver starts")
-    start.add_argument("--countdown", type=float, metavar="S", help="seconds of announcement (default: the rig's)")
+    start.add_argument("--countdown", type=finite(0, unit="s"), metavar="S", help="seconds of announcement (default: the rig's)")
     start.add_argument(
         "--settle",
-        type=float,
+        type=finite(0, unit="s"),
         default=_SETTLE_S,
         metavar="S",
         help=f"wait at most S seconds until the tip is at rest (default {_SETTLE_S:g}; 0: start in spite of it)",

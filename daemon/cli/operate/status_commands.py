@@ -10,6 +10,7 @@ from typing import Any
 
 from config.readable import number
 from daemon.cli.connection import add_json_option, connect
+from daemon.cli.number_option import finite, whole
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen, coloured, text_table
 from daemon.server.stated_values import Units
@@ -20,7 +21,9 @@ _MODE_COLOURS = {"arming": "yellow", "holding": "cyan", "running": "green", "sto
 def status_options(parser: argparse.ArgumentParser) -> None:
     add_si_option(parser)
     parser.add_argument("--watch", action="store_true", help="refresh until interrupted")
-    parser.add_argument("--interval", type=float, default=0.2, metavar="S", help="seconds between refreshes (default 0.2)")
+    parser.add_argument(
+        "--interval", type=finite(0.01, 3600, "s"), default=0.2, metavar="S", help="seconds between refreshes (default 0.2)"
+    )
     add_json_option(parser)
     parser.set_defaults(run_command=_status)
 
@@ -33,7 +36,7 @@ def maneuvers_options(parser: argparse.ArgumentParser) -> None:
 
 
 def events_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--since", type=int, default=0, metavar="N", help="only events after number N")
+    parser.add_argument("--since", type=whole(0), default=0, metavar="N", help="only events after number N")
     add_si_option(parser)
     add_json_option(parser)
     parser.set_defaults(run_command=_events)

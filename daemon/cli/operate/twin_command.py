@@ -6,6 +6,8 @@ import argparse
 import signal
 from pathlib import Path
 
+from daemon.cli.number_option import SEED, whole
+
 INTERFACES = ("socketcan", "udp_multicast", "virtual")
 _EPILOG = """\
 The interface and the channel are those of the rig file unless given here. `virtual` stays within this process and is of use in tests
@@ -20,9 +22,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--interface", choices=INTERFACES, default="", help="python-can interface")
     parser.add_argument("--channel", default="", help="channel of the interface: can0, 239.74.163.2, ...")
     parser.add_argument("--control", type=Path, metavar="SOCKET", help="Unix socket for fault injection")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the sensor noise")
+    parser.add_argument("--seed", type=SEED, default=0, help="seed of the sensor noise")
     parser.add_argument("--priority", type=int, choices=range(100), default=70, metavar="0..99", help="SCHED_FIFO asked for; 0: none")
-    parser.add_argument("--cpu", type=int, metavar="N", help="processor to run on: another than the daemon's loop.cpu")
+    parser.add_argument("--cpu", type=whole(0), metavar="N", help="processor to run on: another than the daemon's loop.cpu")
     parser.add_argument("--quiet", action="store_true", help="no status line")
     parser.set_defaults(run_command=_twin)
 

@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option, connect
+from daemon.cli.number_option import finite
 from daemon.cli.shown.check_table import checks_lines, standing
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.server.stated_values import Units
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", nargs="?", metavar="LOG.mcap", help="ask a recording instead of the daemon")
-    parser.add_argument("--at", type=float, metavar="S", help="moment of the recording, column t_s (default: its end)")
+    parser.add_argument("--at", type=finite(), metavar="S", help="moment of the recording, column t_s (default: its end)")
     parser.add_argument("--all", action="store_true", help="show every check and not only those that fail or warn")
     add_si_option(parser)
     add_json_option(parser)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from config.errors import UsageError
 from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import COUNT, SEED
 from daemon.cli.operate.motion_commands import maneuver_text
 from daemon.cli.shaper_option import add_shaper_options, shaper_request
 from daemon.cli.shown.progress import progress_lines
@@ -29,16 +30,16 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", default=[], metavar="KEY=VALUE",
         help="change the rig (servo.rotary.gain='0.4 V/deg') or the maneuver (maneuver.y0='30 in'); may be repeated",
     )  # fmt: skip
-    parser.add_argument("--repeat", type=int, default=1, metavar="N", help="run the program N times (default 1)")
+    parser.add_argument("--repeat", type=COUNT, default=1, metavar="N", help="run the program N times (default 1)")
     parser.add_argument("--from-here", action="store_true", help="begin where the rig is; without, it first moves to the maneuver's start")
     parser.add_argument(
         "--sweep", action="append", default=[], metavar="KEY=A..B:N",
         help="a run for each of N values (KEY=A,B,C for some); KEY of the rig file, maneuver.KEY or shaper; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, help="of the simulated sensors' noise (default 0)")
+    parser.add_argument("--seed", type=SEED, default=0, help="of the simulated sensors' noise (default 0)")
     parser.add_argument("-o", "--output", type=Path, default=Path("simulated.mcap"), metavar="LOG.mcap", help="default ./simulated.mcap")
     parser.add_argument("--plot", action="store_true", help="a picture beside the log")
-    parser.add_argument("--processes", type=int, metavar="N", help="runs of a sweep side by side (default: one a processor)")
+    parser.add_argument("--processes", type=COUNT, metavar="N", help="runs of a sweep side by side (default: one a processor)")
     parser.add_argument("--dask", metavar="ADDRESS", help="run a sweep on the workers of this Dask scheduler instead")
     add_si_option(parser)
     add_json_option(parser)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import COUNT, finite
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -21,12 +22,12 @@ if TYPE_CHECKING:
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
     parser.add_argument(
-        "--tip-gain", type=float, help="gain of the end-point feedback it will run with (default: the rig file's, 0 without)"
+        "--tip-gain", type=finite(), help="gain of the end-point feedback it will run with (default: the rig file's, 0 without)"
     )
     parser.add_argument(
-        "--largest-cycle", type=float, default=inf, metavar="SHARE", help="allowed hunting, as share of the friction's deflection"
+        "--largest-cycle", type=finite(0), default=inf, metavar="SHARE", help="allowed hunting, as share of the friction's deflection"
     )
-    parser.add_argument("--effort", type=int, default=25, help="generations of the search")
+    parser.add_argument("--effort", type=COUNT, default=25, help="generations of the search")
     parser.add_argument(
         "--log", type=Path, action="append", default=[], metavar="LOG",
         help="of sweeps or multisines of a single axis: its measured responses must keep the margins too; may be repeated",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.errors import ConfigError, Mend
 from daemon.cli.connection import add_json_option, connect
+from daemon.cli.number_option import COUNT, SEED
 from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option
 
@@ -35,10 +36,10 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--payloads", metavar="LIST", help="known payloads, simulated rig only, e.g. '0 lb, 45 lb'; the map is made with each"
     )
     parser.add_argument("--band", help="of sweeps and multisines (default 0.2 Hz, 8 Hz; of an axis beyond its resonance)")
-    parser.add_argument("--realisations", type=int, default=3, help="multisines with other phases at every condition (default 3)")
-    parser.add_argument("--seed", type=int, default=0, help="of the simulated sensors' noise")
+    parser.add_argument("--realisations", type=COUNT, default=3, help="multisines with other phases at every condition (default 3)")
+    parser.add_argument("--seed", type=SEED, default=0, help="of the simulated sensors' noise")
     parser.add_argument("--by", default="", help="who identifies (default: this user and computer)")
-    parser.add_argument("--valid-days", type=int, default=180, help="how long the record may be used (default 180)")
+    parser.add_argument("--valid-days", type=COUNT, default=180, help="how long the record may be used (default 180)")
     parser.add_argument("--out", type=Path, default=Path("identified"), metavar="DIR", help="where the results go (default ./identified)")
     add_si_option(parser)
     add_json_option(parser)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.errors import ConfigError
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import finite
 from daemon.cli.operate.motion_commands import maneuver_text
 from daemon.cli.shaper_option import shaper_request
 from daemon.cli.shown.progress import progress_lines
@@ -29,7 +30,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--maneuver", action="append", metavar="NAME", help="maneuver or file; may be repeated (default paper_line)")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the maneuvers, e.g. --set y0='30 in'")
     parser.add_argument("--record", type=Path, metavar="RECORD.yaml", help="use this calibration record's link instead of the rig file's")
-    parser.add_argument("--error", type=float, default=10.0, metavar="PERCENT", help="range of the frequency error (default ±10)")
+    parser.add_argument(
+        "--error", type=finite(0, 90, "%"), default=10.0, metavar="PERCENT", help="range of the frequency error (default ±10)"
+    )
     parser.add_argument("--allowed", default="0.1 m/s^2", help="vibration allowed in the holds (default %(default)s)")
     parser.add_argument("--focal", default="mid", help="of fixed filters: initial, final, mid or a number in Hz (default mid)")
     parser.add_argument("--both-joints", action="store_true", help="filter both joints, so that the line stays straight")

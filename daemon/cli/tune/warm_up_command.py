@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.errors import ConfigError
 from daemon.cli.connection import add_json_option
+from daemon.cli.number_option import finite, several
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:
@@ -19,9 +20,10 @@ if TYPE_CHECKING:
 
 def warm_up_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
-    parser.add_argument("--hours", type=float, help="of the schedule (default: all five)")
+    parser.add_argument("--hours", type=finite(0.5, 24, "h"), help="of the schedule (default: all five)")
     parser.add_argument("--start", default="22 degC", help="of everything at first (default %(default)s)")
-    parser.add_argument("--moments", metavar="HOURS", help="when to identify and to move, e.g. '0, 2.5, 5' (default: start, middle, end)")
+    moments_help = "when to identify and to move, e.g. '0, 2.5, 5' (default: start, middle, end)"
+    parser.add_argument("--moments", type=several(finite(0, 24, "h")), metavar="HOURS", help=moments_help)
     parser.add_argument("--maneuver", default="paper_line", help="the move, with the adaptive filter on both joints (default paper_line)")
     parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="draw it")
     add_json_option(parser)
@@ -31,7 +33,8 @@ def warm_up_options(parser: argparse.ArgumentParser) -> None:
 def oil_table_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
     parser.add_argument("--joint", default="prismatic", help="(default prismatic)")
-    parser.add_argument("--temperatures", default="20, 30, 40, 50, 60, 70", metavar="LIST", help="degC (default %(default)s)")
+    oil, usual = several(finite(-20, 90, "degC")), "20, 30, 40, 50, 60, 70"
+    parser.add_argument("--temperatures", type=oil, default=usual, metavar="LIST", help="degC (default %(default)s)")
     add_json_option(parser)
     parser.set_defaults(run_command=_oil_table)
 
@@ -64,13 +67,11 @@ def _schedule(arguments: argparse.Namespace) -> tuple[float, list[float]]:
     from tuning.experiments.five_hours import HOURS
 
     hours = HOURS if arguments.hours is None else arguments.hours
-    if not 0.5 <= hours <= 24.0:
-        mend = {"--hours": f"{min(max(hours, 0.5), 24.0):g}"}
-        raise ConfigError("the schedule cannot be that long", value=hours, limit="0.5 to 24", unit="h", where="--hours", mend=mend)
-    moments = _numbers(arguments.moments, "--moments") or [0.0, 0.5 * hours, hours]
-    if not all(0.0 <= moment <= hours for moment in moments):
-        what, without = "a moment lies outside the schedule", {"--moments": None}
-        raise ConfigError(what, value=arguments.moments, limit=f"0 to {hours:g}", unit="h", where="--moments", mend=without)
+    moments = arguments.moments or [0.0, 0.5 * hours, hours]
+    outside = next((moment for moment in moments if not 0.0 <= moment <= hours), None)
+    if outside is not None:
+        what, without, limit = "a moment lies outside the schedule", {"--moments": None}, f"0 to {hours:g}"
+        raise ConfigError(what, value=outside, limit=limit, unit="h", where="--moments", mend=without)
     return hours, moments
 
 
@@ -82,7 +83,7 @@ def _oil_table(arguments: argparse.Namespace) -> int:
     if arguments.joint not in rig.joints:
         mend = {"--joint": next(iter(rig.joints))}
         raise ConfigError("unknown joint", value=arguments.joint, limit=", ".join(rig.joints), where="--joint", mend=mend)
-    rows = oil_table(rig, arguments.joint, _numbers(arguments.temperatures, "--temperatures"))
+    rows = oil_table(rig, arguments.joint, arguments.temperatures)
     source = f"{arguments.joint}.return_temperature"
     override = as_override(rig, arguments.joint, source, rows)
     if arguments.json:
@@ -90,13 +91,6 @@ def _oil_table(arguments: argparse.Namespace) -> int:
     else:
         print(f"--set {override!r}")
     return 0
-
-
-def _numbers(text: str | None, option: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",")] if text else []
-    except ValueError as error:
-        raise ConfigError(f"{option} is a list of numbers", value=text, where=option, mend={option: None}) from error
 
 
 def _table(study: Any) -> Table:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from config.errors import LogError
+from config.errors import LogError, UsageError
 from daemon.checks.interlocks import rig_facts
 from recording.files.info import RunFacts, run_facts
 from recording.files.reader import Log, open_rig
@@ -19,7 +19,7 @@ class LogPlayer:
     """`speed`: seconds of the log a second. It begins at `from_s`, seconds after the log's first row, when it is first asked, and
     stays at the last row.
 
-    LogError for a log without rows or rig file, and for a speed or a moment that cannot be.
+    LogError for a log without rows or rig file, UsageError for a speed or a moment that cannot be.
     """
 
     def __init__(self, log: Log, speed: float = 1.0, from_s: float = 0.0, clock: Callable[[], float] = time.monotonic) -> None:
@@ -27,10 +27,10 @@ class LogPlayer:
             raise LogError("the log holds no cycle", where=str(log.path), next_step="Run `longreach log check`.")
         if not _FIRST <= speed <= _LAST:
             mend = {"--speed": f"{min(max(speed, _FIRST), _LAST):g}"}
-            raise LogError("this is no speed", value=speed, limit=f"{_FIRST:g} to {_LAST:g}", where="--speed", mend=mend)
+            raise UsageError("this is no speed", value=speed, limit=f"{_FIRST:g} to {_LAST:g}", where="--speed", mend=mend)
         if not 0.0 <= from_s <= log.duration_s:
             limit, mend = f"0 to {log.duration_s:.3f}", {"--from": "0"}
-            raise LogError("the moment is outside the log", value=from_s, limit=limit, unit="s", where="--from", mend=mend)
+            raise UsageError("the moment is outside the log", value=from_s, limit=limit, unit="s", where="--from", mend=mend)
         self.log, self.rig = log, open_rig(log)
         self.facts = rig_facts(self.rig)
         self.runs: dict[int, RunFacts] = {run.number: run for run in run_facts(log)}

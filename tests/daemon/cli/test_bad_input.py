@@ -112,7 +112,6 @@ def test_maneuver_outside_the_workspace_moves_nothing(tmp_path: Path, capsys: py
         (["identify", "--on-rig", "--payloads", "0 lb"], "Leave --temperatures and --payloads out", "longreach identify --on-rig"),
         (["identify", "--payloads", "0 lb, 45 psi"], "wrong kind of unit: '45 psi'", "longreach identify --payloads '0 lb, 45 kg'"),
         (["identify", "--band", "1 Hz"], "Give 2, or leave --band out", "longreach identify"),
-        (["warm-up", "--hours", "90"], "(limit: 0.5 to 24 h)", "longreach warm-up --hours 24"),
         (["new-driver", "My-Gauge"], "not usable as the name", "longreach new-driver my_gauge"),
         (["device", "scan", "can0"], "a CAN bus is INTERFACE:CHANNEL", "longreach device scan socketcan:can0"),
         (["device", "options", "modbuss"], "nearest is 'modbus", "longreach device options modbus"),
@@ -154,8 +153,6 @@ def test_what_to_change_in_a_maneuver_file_is_told_with_its_line_and_the_same_co
     said = capsys.readouterr().err.splitlines()
     assert "y0 is a key of the maneuver" in said[0]
     assert said[-1].endswith("-o near.mcap --set 'maneuver.y0=30 in'")
-    assert main(["simulate", "ornl_testbed", "paper_line", "--repeat", "0", "-o", "near.mcap"]) == 1
-    assert capsys.readouterr().err.splitlines()[-1] == "next: longreach simulate ornl_testbed paper_line --repeat 1 -o near.mcap"
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from config.errors import DaemonError, LogError
+from config.errors import DaemonError, UsageError
 from daemon.checks.past_checks import checks_at
 from daemon.live.playback.log_methods import ROW_S, LogMethods
 from daemon.live.playback.log_player import LogPlayer
@@ -124,7 +124,7 @@ def test_nothing_can_be_driven(log: Log) -> None:
 
 @pytest.mark.parametrize(("speed", "from_s"), [(0.0, 0.0), (-1.0, 0.0), (float("nan"), 0.0), (1e6, 0.0), (1.0, -1.0), (1.0, 1e6)])
 def test_speeds_and_moments_that_cannot_be_are_refused(log: Log, speed: float, from_s: float) -> None:
-    with pytest.raises(LogError, match="--speed" if from_s == 0.0 else "--from"):
+    with pytest.raises(UsageError, match="--speed" if from_s == 0.0 else "--from"):
         LogPlayer(log, speed, from_s)
 
 

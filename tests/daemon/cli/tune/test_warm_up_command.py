@@ -54,9 +54,7 @@ def test_a_table_is_a_change_of_the_rig_file(capsys: pytest.CaptureFixture[str])
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (("warm-up", "--hours", "100"), "0.5 to 24"),
         (("warm-up", "--moments", "0, 9"), "outside the schedule"),
-        (("warm-up", "--moments", "noon"), "--moments is a list of numbers"),
         (("oil-table", "--joint", "elbow"), "unknown joint"),
     ],
 )
