@@ -23,7 +23,8 @@ def to_si(text: str | float, unit: str) -> float:
 
     `unit` is a pint expression such as "Pa", "m", "V/rad", "degC" or "" (dimensionless). "K" is a temperature difference
     (temperatures themselves are kept in degC), so "0.1 degC" and "0.18 degF" are both 0.1 K.
-    Raises UnitError with the value and the wanted unit when the text is not a quantity or the dimensions differ.
+    Raises UnitError with the value and the wanted unit when the text is not a quantity or the dimensions differ. Its mend never puts the
+    number into another unit (0.3 V/psi is not 0.3 V/rad) and invents none.
     """
     if isinstance(text, bool):
         raise UnitError("a number was expected", value=text, unit=unit)
@@ -31,19 +32,18 @@ def to_si(text: str | float, unit: str) -> float:
         return _finite(float(text), unit)
     match = _NUMBER_AND_UNIT.match(text)
     if not match:
-        raise UnitError("not a number with a unit", value=repr(text), next_step=_advice(unit), mend={text: f"1.5 {unit}".rstrip()})
+        raise UnitError("not a number with a unit", value=repr(text), next_step=_advice(unit))
     number, written = float(match[1]), match[2].strip()
     if _AFTER_COMMA.match(written):
         raise UnitError("a decimal comma", value=repr(text), next_step="Write a point.", mend={text: text.replace(",", ".", 1)})
     if not written:
         return _finite(number, unit)
-    in_unit = {text: f"{match[1].strip()} {unit}".rstrip()}
     try:
         return _finite(_from_written(number, written, unit), unit)
     except ValueError as error:
-        raise UnitError("wrong kind of unit", value=repr(text), next_step=_advice(unit), mend=in_unit) from error
+        raise UnitError("wrong kind of unit", value=repr(text), next_step=_advice(unit)) from error
     except LookupError as error:
-        raise UnitError("unknown unit", value=repr(text), next_step=_advice(unit), mend=in_unit) from error
+        raise UnitError("unknown unit", value=repr(text), next_step=_advice(unit)) from error
 
 
 def from_si(value: float, unit: str, wanted: str) -> float:

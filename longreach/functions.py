@@ -62,7 +62,7 @@ def simulate(
     `settings` change the rig file, `parameters` the maneuver, both as a user writes them: {"servo.rotary.gain": "0.4 V/deg"}.
     LogError where `out` exists; LongreachError where rig, maneuver or run are refused.
     """
-    from config.loading.load import LoadedRig, apply_overrides, rig_from_text
+    from config.loading.load import changed_rig, read_text
     from config.loading.load import load_rig as load
     from config.loading.stand_in import with_simulated_devices
     from daemon.lockstep import run_into
@@ -71,10 +71,9 @@ def simulate(
     if out.exists():
         raise LogError("the log exists already", where=str(out), next_step="Choose another name; recordings are never written over.")
     loaded = load(rig)
-    text = apply_overrides(loaded.text, _as_written(settings))
-    written = {"text": Path(maneuver).read_text(), "name": maneuver} if Path(maneuver).suffix else {"name": maneuver}
+    written = {"text": read_text(Path(maneuver)), "name": maneuver} if Path(maneuver).suffix else {"name": maneuver}
     request = {"maneuver": written, "parameters": _as_written(parameters), "shaper": {"kind": shaper}, "approach": True}
-    changed = LoadedRig(rig_from_text(text, loaded.path), text, loaded.path)
+    changed = changed_rig(loaded.text, loaded.path, _as_written(settings))
     return load_log(run_into(out, with_simulated_devices(changed), request, seed))
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
@@ -11,7 +12,7 @@ from config.errors import ConfigError
 from config.loading.cross_checks import cross_check
 from config.loading.cross_checks_devices import declared_devices
 from config.loading.identified import with_identified
-from config.loading.overrides import apply_overrides
+from config.loading.overrides import apply_overrides, as_it_was
 from config.loading.shipped import find
 from config.parsing.problems import Problem, config_error
 from config.parsing.validation import validated
@@ -20,7 +21,10 @@ from config.schema.maneuver import AnyManeuver, Maneuver
 from config.schema.rig import Rig
 from config.whole_file import system_advice
 
-__all__ = ["LoadedManeuver", "LoadedRig", "apply_overrides", "find", "load_maneuver", "load_rig", "maneuver_from_text", "rig_from_text"]
+__all__ = [
+    "LoadedManeuver", "LoadedRig", "apply_overrides", "changed_rig", "find", "load_maneuver", "load_rig", "maneuver_from_text",
+    "rig_from_text",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +74,17 @@ def rig_from_text(text: str, name: str = "rig.yaml") -> Rig:
     rig, problems = _rig(tree)
     _raise_if_any(tree, problems)
     return cast(Rig, rig)
+
+
+def changed_rig(text: str, path: str, assignments: Sequence[str]) -> LoadedRig:
+    """The rig in `text` with overrides put in. A ConfigError mends what they have changed to what was there."""
+    changed = apply_overrides(text, assignments)
+    try:
+        return LoadedRig(rig_from_text(changed, path), changed, path)
+    except ConfigError as error:
+        mend = as_it_was(text, assignments, str(error)) if assignments else error.refusal.mend
+        error.refusal = replace(error.refusal, mend=mend)
+        raise
 
 
 @lru_cache(maxsize=64)

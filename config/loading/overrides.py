@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import yaml
 
-from config.errors import ConfigError
+from config.errors import ConfigError, Mend
 from config.options.driver_options import options_schema
 from config.parsing.nearest import nearest, nearest_text
 from config.parsing.yaml_tree import YamlTree, dotted, end_of, entry, parse
@@ -27,11 +28,38 @@ def apply_overrides(text: str, assignments: Iterable[str]) -> str:
     for assignment in assignments:
         key, equals, value = assignment.partition("=")
         if not equals or not key.strip() or not value.strip():
-            example = "servo.rotary.gain=0.5 V/deg"
-            what = "an override is written key.path=value"
-            raise ConfigError(what, value=repr(assignment), next_step=f"Example: {example}", mend={assignment: example})
+            what, example = "an override is written key.path=value", "servo.rotary.gain=0.5 V/deg"
+            raise ConfigError(what, value=repr(assignment), next_step=f"Example: {example}", mend=as_it_was(text, [assignment]))
         text = _override(text, key.strip(), value.strip())
     return text
+
+
+def as_it_was(text: str, assignments: Sequence[str], what: str = "") -> Mend:
+    """What to write instead of assignments that were refused: what the rig text itself has there, or no --set where it has nothing.
+
+    Of several assignments those count whose key stands in `what`, the refusal.
+    """
+    mend: dict[str, str | None] = {}
+    for assignment in assignments:
+        key = assignment.partition("=")[0].strip()
+        with suppress(ConfigError):
+            path = _resolve(key, "", parse(text, "rig.yaml"))
+            if len(assignments) == 1 or dotted(path) in what:
+                own = _own(text, path)
+                mend |= {assignment: f"{key}={own}"} if own else {"--set": None}
+    return mend
+
+
+def _own(text: str, path: Path) -> str:
+    """The text of the value at `path`; empty where there is none, or more than a line."""
+    node: yaml.Node = parse(text, "rig.yaml").root
+    for part in path:
+        found = entry(node, part)
+        if found is None:
+            return ""
+        node = found[1]
+    own = text[node.start_mark.index : end_of(node)]
+    return "" if "\n" in own else own.strip()
 
 
 def _override(text: str, key: str, value: str) -> str:

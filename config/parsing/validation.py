@@ -137,11 +137,11 @@ def _wrong_quantity(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Pr
     allowed = _allowed(place, "")
     if allowed:
         next_step = f"{next_step} Allowed: {allowed}.".strip()
-    return tree.problem(path, what, value=_shown(tree.value(path)), next_step=next_step, mend=_in_unit(path, place, tree))
+    return tree.problem(path, what, value=_shown(tree.value(path)), next_step=next_step, mend=_what_fits(path, place, tree))
 
 
-def _in_unit(path: tuple[str | int, ...], place: SchemaKey, tree: YamlTree) -> Mend:
-    """The number that was written, in the unit that is wanted."""
+def _what_fits(path: tuple[str | int, ...], place: SchemaKey, tree: YamlTree) -> Mend:
+    """What does not fit; what was meant, where that is known (a decimal comma)."""
     written = tree.value(path)
     units = units_of(place.field) if place.field else ()
     try:

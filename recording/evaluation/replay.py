@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from config.errors import LogError
-from config.loading.load import apply_overrides, rig_from_text
+from config.loading.load import changed_rig
 from config.schema.rig import Rig
 from recording.files.reader import Log, read_log
 from recording.format.fields import CONTROLLER_FIELDS, TIP_CORRECTION, field_of_signal
@@ -110,7 +110,7 @@ def _rig(log: Log, overrides: Sequence[str]) -> Rig:
         if name not in log.attachments:
             raise LogError(f"the log lacks {name}, which re-execution needs", where=str(log.path), next_step="Run `longreach log check`.")
     text = log.attachments["rig.yaml"].decode()
-    return rig_from_text(apply_overrides(text, list(overrides)) if overrides else text, f"{log.path.name}:rig.yaml")
+    return changed_rig(text, f"{log.path.name}:rig.yaml", overrides).rig
 
 
 def _contiguous(log: Log) -> tuple[int, str]:

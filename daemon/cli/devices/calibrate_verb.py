@@ -107,18 +107,28 @@ def _output(arguments: argparse.Namespace, loaded: LoadedRig) -> Path | None:
 
 def _points(arguments: argparse.Namespace, signal: AnySignal, unit: str) -> list[ReferencePoint]:
     """In the order of --at. All that need the device are read while it is open."""
-    from config.units import to_si
     from tuning.sensor_calibration.line_fit import ReferencePoint
 
     asked = [(text.partition("=")[0].strip(), text.partition("=")[2].strip()) for text in arguments.at]
-    values = [to_si(value, unit) for value, _ in asked]
+    values = [_stated(value, unit) for value, _ in asked]
     if all(counts for _, counts in asked):
-        return [ReferencePoint(value, to_si(counts, "")) for value, (_, counts) in zip(values, asked, strict=True)]
+        return [ReferencePoint(value, _stated(counts, "")) for value, (_, counts) in zip(values, asked, strict=True)]
     return _read(arguments, signal, values, asked)
 
 
-def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float], asked: list[tuple[str, str]]) -> list[ReferencePoint]:
+def _stated(text: str, unit: str) -> float:
+    """What a part of --at says."""
+    from config.errors import UnitError
     from config.units import to_si
+
+    try:
+        return to_si(text, unit)
+    except UnitError as error:
+        parts = error.refusal
+        raise UnitError(parts.what, value=parts.value, unit=parts.unit, where="--at", next_step=parts.next_step) from error
+
+
+def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float], asked: list[tuple[str, str]]) -> list[ReferencePoint]:
     from daemon.cli.devices.device_numbers import device
     from tuning.sensor_calibration.line_fit import ReferencePoint
 
@@ -127,7 +137,7 @@ def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float],
         channel = [number.name for number in opened.numbers].index(signal.channel)
         for value, (text, counts) in zip(values, asked, strict=True):
             if counts:
-                points.append(ReferencePoint(value, to_si(counts, "")))
+                points.append(ReferencePoint(value, _stated(counts, "")))
                 continue
             print(f"Bring {arguments.sensor} to {text}, hold it there, then press Enter.", file=sys.stderr, flush=True)
             sys.stdin.readline()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from config.errors import LongreachError, UsageError
-from config.loading.load import LoadedRig, apply_overrides, rig_from_text
+from config.loading.load import LoadedRig, changed_rig
 from config.loading.stand_in import with_simulated_devices
 from config.schema.rig import Rig
 from daemon.cli.simulate.outcome import RunOutcome, outcome
@@ -44,8 +44,8 @@ class SimulatedRun:
         return {"case": self.case, "outcome": self.outcome.as_dict() if self.outcome else None, "refused": self.refused or None}
 
 
-def changed(work: Work, case: Case) -> tuple[str, Mapping[str, Any]]:
-    """Rig text and request with the case's values: keys of the rig file, `shaper`, or `maneuver.KEY`."""
+def changed(work: Work, case: Case) -> tuple[LoadedRig, Mapping[str, Any]]:
+    """Rig and request with the case's values: keys of the rig file, `shaper`, or `maneuver.KEY`."""
     of_rig = [f"{key}={value}" for key, value in case.items() if key != SHAPER and not key.startswith(OF_MANEUVER)]
     of_maneuver = [f"{key.removeprefix(OF_MANEUVER)}={value}" for key, value in case.items() if key.startswith(OF_MANEUVER)]
     for key, value in case.items():
@@ -53,7 +53,7 @@ def changed(work: Work, case: Case) -> tuple[str, Mapping[str, Any]]:
     request = dict(work.request) | {"parameters": [*work.request["parameters"], *of_maneuver]}
     if SHAPER in case:
         request["shaper"] = with_kind(work.request["shaper"], case[SHAPER])
-    return apply_overrides(work.rig_text, of_rig), request
+    return changed_rig(work.rig_text, work.rig_path, of_rig), request
 
 
 def _refuse_maneuver_key(key: str, value: str, work: Work) -> None:
@@ -74,9 +74,8 @@ def one_run(work: Work) -> SimulatedRun:
 
 def logged(work: Work) -> Path:
     """The log of one run. LongreachError when the rig file, the maneuver or the run is refused."""
-    text, request = changed(work, work.settings | work.case)
-    loaded = with_simulated_devices(LoadedRig(rig_from_text(text, work.rig_path), text, work.rig_path))
-    return run_into(work.log, loaded, request, work.seed)
+    loaded, request = changed(work, work.settings | work.case)
+    return run_into(work.log, with_simulated_devices(loaded), request, work.seed)
 
 
 def all_runs(works: Sequence[Work], processes: int | None, dask: str | None, progress: Callable[[str], None]) -> list[SimulatedRun]:

@@ -13,7 +13,9 @@ from config.errors import UsageError
 MOST_RUNS = 10_000
 SHAPER = "shaper"
 OF_MANEUVER = "maneuver."
-_SPAN = re.compile(r"^(?P<low>[-+.\deE]+)\s*\.\.\s*(?P<high>[-+.\deE]+)\s*(?P<unit>[^:]*):\s*(?P<count>\d+)$")
+_SPAN = re.compile(  # "30..40 in:5"; the unit may stand twice
+    r"^(?P<low>[-+.\deE]+)\s*(?P<first>[^:]*?)\s*\.\.\s*(?P<high>[-+.\deE]+)\s*(?P<unit>[^:]*?)\s*:\s*(?P<count>\d+)$"
+)
 Case = dict[str, str]  # key → value as a user writes it
 
 
@@ -34,7 +36,7 @@ def assignment(text: str) -> tuple[str, str]:
     key, equals, value = (part.strip() for part in text.partition("="))
     if not key or not equals or not value:
         advice = "Write KEY=VALUE, e.g. maneuver.y0='30 in'."
-        raise UsageError("this setting cannot be read", value=repr(text), where="--set", next_step=advice, mend={text: "maneuver.y0=30 in"})
+        raise UsageError("this setting cannot be read", value=repr(text), where="--set", next_step=advice)
     return key, value
 
 
@@ -51,19 +53,13 @@ def _values(sweep: str) -> tuple[str, list[str]]:
         low, high, count = float(span["low"]), float(span["high"]), int(span["count"])
     except ValueError:
         raise _unreadable(sweep) from None
-    if count < 1:
+    if count < 1 or span["first"] not in ("", span["unit"]):
         raise _unreadable(sweep)
-    return key, [f"{value:.9g} {span['unit'].strip()}".strip() for value in np.linspace(low, high, count)]
+    return key, [f"{value:.9g} {span['unit']}".strip() for value in np.linspace(low, high, count)]
 
 
 def _unreadable(sweep: str) -> UsageError:
     advice = (
         "Write KEY=FROM..TO UNIT:COUNT or KEY=A,B,C, e.g. servo.rotary.gain='0.2..0.5 V/deg:7', shaper=none,zvd, maneuver.y0='30 in,40 in'."
     )
-    return UsageError(
-        "this sweep cannot be read",
-        value=repr(sweep),
-        where="--sweep",
-        next_step=advice,
-        mend={sweep: "servo.rotary.gain=0.2..0.5 V/deg:7"},
-    )
+    return UsageError("this sweep cannot be read", value=repr(sweep), where="--sweep", next_step=advice)

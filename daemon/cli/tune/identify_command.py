@@ -130,7 +130,10 @@ def _list(text: str | None, unit: str, option: str, count: int | None = None) ->
     try:
         values = tuple(to_si(part.strip(), unit) for part in text.split(",")) if text else ()
     except ConfigError as error:
-        what, mend = f"{option} is a list of quantities in {unit}", {option: _with_parts(str(text), error.refusal.mend)}
+        what, mend = (
+            f"{option} is a list of quantities in {unit}",
+            {option: _with_parts(str(text), error.refusal.mend) if error.refusal.mend else None},
+        )
         raise ConfigError(what, value=text, where=option, next_step=str(error), mend=mend) from error
     if count is not None and len(values) != count:
         advice = f"Give {count}, or leave {option} out."

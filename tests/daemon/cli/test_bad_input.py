@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -107,10 +108,10 @@ def test_maneuver_outside_the_workspace_moves_nothing(tmp_path: Path, capsys: py
         (["demo", "--rig", "ornl_testbe"], "nearest is 'ornl_testbed'", "longreach demo --rig ornl_testbed"),
         (["shape", "force_axis"], "no link_mode", "longreach check force_axis"),
         (["shape", "--set", "y0=10 in"], "extension 10 in at t = 0.00 s is below the limit 12 in", "longreach shape --set 'y0=12.02 in'"),
-        (["shape", "--allowed", "3x"], "unknown unit: '3x'", "longreach shape --allowed '3 m/s^2'"),
+        (["shape", "--allowed", "3x"], "unknown unit: '3x'", "longreach shape --help"),
         (["identify", "--joint", "rotar"], "nearest is 'rotary'", "longreach identify --joint rotary"),
         (["identify", "--on-rig", "--payloads", "0 lb"], "Leave --temperatures and --payloads out", "longreach identify --on-rig"),
-        (["identify", "--payloads", "0 lb, 45 psi"], "wrong kind of unit: '45 psi'", "longreach identify --payloads '0 lb, 45 kg'"),
+        (["identify", "--payloads", "0 lb, 45 psi"], "wrong kind of unit: '45 psi'", "longreach identify"),
         (["identify", "--band", "1 Hz"], "Give 2, or leave --band out", "longreach identify"),
         (["new-driver", "My-Gauge"], "not usable as the name", "longreach new-driver my_gauge"),
         (["device", "scan", "can0"], "a CAN bus is INTERFACE:CHANNEL", "longreach device scan socketcan:can0"),
@@ -133,6 +134,35 @@ def test_the_next_command_is_the_refused_one_with_what_fits(
     assert told.err.splitlines()[-1] == f"next: {typed}"
     assert "measuring" not in told.out
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("setting", "own"),
+    [
+        ("servo.rotary.gain=0.3 V/psi", "servo.rotary.gain=0.35 V/deg"),
+        ("servo.rotary.gain=abc", "servo.rotary.gain=0.35 V/deg"),
+        ("servo.rotary.gain=9e9 V/deg", "servo.rotary.gain=0.35 V/deg"),
+        ("servo.rotary.gain", "servo.rotary.gain=0.35 V/deg"),
+        ("joints.rotary.travel=[1 psi, 2]", "joints.rotary.travel=[-88 deg, 88 deg]"),
+        ("plant.effects.0.friction=3 kg", "plant.effects.0.friction=105 N*m"),
+    ],
+)
+def test_a_refused_change_of_a_rig_is_answered_with_what_its_file_has(
+    setting: str, own: str, log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not with the number in another unit: 0.3 V/rad is 57 times less than 0.3 V/deg."""
+    assert main(["replay", str(log), "--set", "loop.rate=1 kHz", "--set", setting]) == 1
+    assert capsys.readouterr().err.splitlines()[-1] == shlex.join(
+        ["next:", "longreach", "replay", str(log), "--set", "loop.rate=1 kHz", "--set", own]
+    )
+
+
+@pytest.mark.parametrize("at", ["0 deg=nan", "0 mm=0", "0 degg=0"])
+def test_no_known_value_of_a_sensor_is_invented(at: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["device", "calibrate", "ornl_testbed", "rotary.position", "--at", at]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert said[0].startswith("longreach: --at: ")
+    assert said[1] == "next: longreach device calibrate --help"
 
 
 def test_what_to_change_in_a_maneuver_file_is_told_with_its_line_and_the_same_command_is_next(

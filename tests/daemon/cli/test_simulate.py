@@ -101,11 +101,12 @@ def test_sweeps_are_read_as_written() -> None:
     assert cases([]) == [{}]
     assert cases(["servo.rotary.gain=0.2..0.5 V/deg:4"]) == [{"servo.rotary.gain": f"{value} V/deg"} for value in (0.2, 0.3, 0.4, 0.5)]
     assert cases(["a=-1e-3..1e-3:3"]) == [{"a": "-0.001"}, {"a": "0"}, {"a": "0.001"}]
+    assert cases(["a=30 in..40 in:2"]) == cases(["a=30..40 in:2"]) == [{"a": "30 in"}, {"a": "40 in"}]
     assert len(cases(["a=1..2:3", "shaper=none,zvd"])) == 6
     assert assignment("a.b = 3 in") == ("a.b", "3 in")
 
 
-@pytest.mark.parametrize("text", ["a", "a=", "=1..2:3", "a=1..2", "a=1..2:0", "a=x..2:3"])
+@pytest.mark.parametrize("text", ["a", "a=", "=1..2:3", "a=1..2", "a=1..2:0", "a=x..2:3", "a=1 in..2 mm:3", "a=1 in..2:3"])
 def test_a_sweep_that_cannot_be_read_says_how_to_write_one(text: str) -> None:
     with pytest.raises(UsageError, match=r"Write KEY=FROM\.\.TO UNIT:COUNT"):
         cases([text])
