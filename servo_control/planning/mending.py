@@ -25,7 +25,7 @@ from servo_control.path.joint_limits import JointLimits, joint_index, joint_limi
 from servo_control.path.maneuver_pieces import PIECES, Ground
 from servo_control.path.pieces import Piece, Vector
 from servo_control.planning.plan_checks import EXCITATIONS, check_band, program_peaks, program_volts
-from servo_control.planning.planning import plan_run, program_start
+from servo_control.planning.planning import APPROACH, plan_run, program_start
 from servo_control.planning.run_plan import RunPlan
 from servo_control.planning.run_request import RunRequest
 from servo_control.planning.tip_motion import tip_peaks
@@ -51,13 +51,26 @@ def plan_or_mend(rig: Rig, request: RunRequest) -> RunPlan:
 
 
 def mended(rig: Rig, request: RunRequest) -> dict[str, str]:
-    """Key → value with its unit, of all that has to change; empty where no such change is known, or none is enough."""
+    """Key → value with its unit, of all that has to change, and `--approach` where the arm is elsewhere; empty where no such change is
+    known, or none is enough."""
     changes: Changes = {}
     with suppress(LongreachError, ArithmeticError, ValueError):
         for change in (_place, _size, _pace):
             changes |= change(_Asked(rig, replace(request, maneuver={**request.maneuver, **changes})))
-        plan_run(rig, replace(request, maneuver={**request.maneuver, **changes}))
-        return {key: _text(value) for key, value in changes.items()}
+        how = _planned(rig, replace(request, maneuver={**request.maneuver, **changes}))
+        return {key: _text(value) for key, value in changes.items()} | how
+    return {}
+
+
+def _planned(rig: Rig, request: RunRequest) -> dict[str, str]:
+    """What else to ask for, so that it can be planned. ManeuverError where it cannot."""
+    try:
+        plan_run(rig, request)
+    except ManeuverError as error:
+        if APPROACH not in error.refusal.mend:
+            raise
+        plan_run(rig, replace(request, approach=True))
+        return {APPROACH: ""}
     return {}
 
 

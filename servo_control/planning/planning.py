@@ -27,6 +27,7 @@ from servo_control.shapers.shaper_choice import FASTER_MOVES, ShaperChoice
 from servo_control.shapers.shaper_setup import Extensions, ShaperSetup, extension_index, set_up_shaper
 from servo_control.shapers.zero_delay_moves import correct_moves
 
+APPROACH = "--approach"  # the option that asks for one
 APPROACH_HOLD_S = 2.0
 LONGEST_SHAPED_S = 600.0
 SLOWER_SHARES = (0.9, 0.8, 0.65, 0.5)  # of speed and acceleration, tried one after the other: a second or two each
@@ -204,7 +205,7 @@ def _approach(joints: tuple[JointLimits, ...], request: RunRequest, start: Vecto
             unit=joint.unit,
             where=where,
             next_step="Ask for an approach, or jog there.",
-            mend={"--approach": ""},
+            mend={APPROACH: ""},
         )
     for limits, position in zip(joints, start, strict=True):
         check_position(limits, position, 0.0, where, "Choose another start.")

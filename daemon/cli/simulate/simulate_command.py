@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import UsageError
+from config.errors import ManeuverError, UsageError
 from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
 from daemon.cli.number_option import COUNT, SEED
@@ -68,8 +68,20 @@ def _outcome(work: Work, si: bool) -> RunOutcome:
     from daemon.cli.simulate.outcome import outcome
     from daemon.cli.simulate.runs import logged
 
-    with stated_refusals(work.rig_text, si):
-        return outcome(logged(work))
+    try:
+        with stated_refusals(work.rig_text, si):
+            return outcome(logged(work))
+    except ManeuverError as error:
+        if "--approach" not in error.refusal.mend:
+            raise
+        raise _without_from_here(error) from error
+
+
+def _without_from_here(error: ManeuverError) -> ManeuverError:
+    """An approach is what this command does unless it was told not to."""
+    parts, advice = error.refusal, "Leave --from-here out, and it moves there first."
+    mend: dict[str, str | None] = {key: value for key, value in parts.mend.items() if key != "--approach"} | {"--from-here": None}
+    return ManeuverError(parts.what, value=parts.value, limit=parts.limit, unit=parts.unit, where=parts.where, next_step=advice, mend=mend)
 
 
 def _works(arguments: argparse.Namespace, found: list[dict[str, str]]) -> list[Work]:

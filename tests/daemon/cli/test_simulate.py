@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from io import StringIO
 from pathlib import Path
 from unittest.mock import Mock
@@ -110,6 +111,15 @@ def test_sweeps_are_read_as_written() -> None:
 def test_a_sweep_that_cannot_be_read_says_how_to_write_one(text: str) -> None:
     with pytest.raises(UsageError, match=r"Write KEY=FROM\.\.TO UNIT:COUNT"):
         cases([text])
+
+
+def test_from_here_where_the_maneuver_does_not_start_is_advised_against(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`--approach` is an option of `start` alone."""
+    words = ["simulate", "ornl_testbed", "paper_line", "--set", "maneuver.y0=30 in", "-o", str(tmp_path / "a.mcap")]
+    assert main([*words, "--from-here"]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert "prismatic is at 40 in, the start is 30 in" in said[0]
+    assert said[1] == shlex.join(["next:", "longreach", *words])
 
 
 def test_an_existing_log_is_not_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

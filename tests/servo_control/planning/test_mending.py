@@ -138,3 +138,9 @@ def test_an_arm_elsewhere_wants_an_approach(rig: Rig) -> None:
     with pytest.raises(ManeuverError, match="not at the start") as refused:
         plan_or_mend(rig, request(line(), [0.3, 1.2]))
     assert refused.value.refusal.mend == {"--approach": ""}
+
+
+def test_what_to_change_is_told_of_an_arm_elsewhere_too(rig: Rig) -> None:
+    mend = mended(rig, request(line(y0=10 * INCH), [0.3, 1.2]))
+    assert list(mend) == ["y0", "--approach"]
+    assert mend["--approach"] == ""
