@@ -21,7 +21,7 @@ from config.errors import LogError
 from recording.files.info import RunFacts, run_facts, why_invalid
 from recording.files.reader import log_bytes, read_log
 from recording.files.recordings import recordings
-from recording.files.writer import EVENT_TOPIC
+from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC
 from recording.format.event import Event, decode_event
 
 ENDED_BEFORE = "the log ends before the run does"
@@ -77,15 +77,25 @@ def _from_end(path: Path, reader: McapReader) -> Recorded:
     requests = {entry.name: json.loads(entry.data) for entry in reader.iter_attachments() if entry.name.startswith("run-")}
     if requests and not any(event.name == "run_started" for event in events):
         return _from_rows(path)  # requests of runs that never began, or a log without events
-    begun = {int(event.values["run"]): _utc(stamp_ns) for stamp_ns, event in stamped if event.name == "run_started"}
-    complete = closing.get("complete") == "true"
-    return Recorded(
-        path, about.get("rig_name", ""), closing.get("ended_by", ""), complete, tuple(_runs(events, requests)), begun, _faults(events)
-    )
+    starts = {int(event.values["run"]): stamp_ns for stamp_ns, event in stamped if event.name == "run_started"}
+    begun = {number: _utc(stamp_ns) for number, stamp_ns in starts.items()}
+    open_s = {number: 1e-9 * (_last_cycle_ns(reader) - stamp_ns) for number, stamp_ns in starts.items() if number not in _ended(events)}
+    complete, runs = closing.get("complete") == "true", tuple(_runs(events, requests, open_s))
+    return Recorded(path, about.get("rig_name", ""), closing.get("ended_by", ""), complete, runs, begun, _faults(events))
 
 
-def _runs(events: list[Event], requests: dict[str, Any]) -> Iterator[RunFacts]:
-    ended = {int(event.values["run"]): event for event in events if event.name == "run_ended"}
+def _last_cycle_ns(reader: McapReader) -> int:
+    """Only the end of the file is read."""
+    return next((message.log_time for _, _, message in reader.iter_messages(topics=[CYCLE_TOPIC], reverse=True)), 0)
+
+
+def _ended(events: list[Event]) -> dict[int, Event]:
+    return {int(event.values["run"]): event for event in events if event.name == "run_ended"}
+
+
+def _runs(events: list[Event], requests: dict[str, Any], open_s: dict[int, float]) -> Iterator[RunFacts]:
+    """`open_s`: how much there is of runs that did not end in this log."""
+    ended = _ended(events)
     for start in (event for event in events if event.name == "run_started"):
         number = int(start.values["run"])
         request, end = requests.get(f"run-{number}.json", {}), ended.get(number)
@@ -95,7 +105,7 @@ def _runs(events: list[Event], requests: dict[str, Any]) -> Iterator[RunFacts]:
             maneuver=request.get("maneuver", {}).get("name", "unknown"),
             shaper=request.get("shaper", {}).get("kind", "unknown"),
             start_t_s=start.t_s,
-            duration_s=(end if end is not None else events[-1]).t_s - start.t_s,
+            duration_s=open_s[number] if end is None else end.t_s - start.t_s,
             valid=not reason,
             reason=reason,
         )

@@ -17,6 +17,7 @@ from recording.evaluation.vibration import hold_vibration, rms_mps2
 from recording.files.catalogue import recorded
 from recording.files.info import run_facts
 from recording.files.reader import read_log
+from recording.files.recover import recover
 from tests.support.recording import session
 
 
@@ -46,6 +47,13 @@ def test_the_end_of_a_file_says_what_its_rows_say(folder: Path) -> None:
     log = read_log(path)
     row = int((log.columns["mode"] == 3).argmax())
     assert recorded(path).begun[1].timestamp() == pytest.approx(log.time_ns[row] * 1e-9, abs=1e-6)
+
+
+def test_a_run_that_a_recovered_log_breaks_off_lasts_up_to_its_last_cycle(folder: Path, tmp_path: Path) -> None:
+    recover(folder / "cut.mcap", tmp_path / "repaired.mcap")
+    (fast,), (whole,) = recorded(tmp_path / "repaired.mcap").runs, run_facts(read_log(tmp_path / "repaired.mcap"))
+    assert whole.duration_s > 0.1
+    assert fast.duration_s == pytest.approx(whole.duration_s, abs=1.5e-3)
 
 
 def test_the_end_is_read_and_not_the_cycles(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
