@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from config.errors import LongreachError
+from config.errors import LogError, LongreachError
 from daemon.processes.recorder import STANDBY_ENDING
 from daemon.reports.incident import incident_page_of
 from daemon.reports.incident_page import write_incidents
@@ -22,7 +22,8 @@ Say = Callable[[str], None]
 
 
 def make_missing(folder: Path, simulate: bool, say: Say) -> Iterator[Path]:
-    """Make every page that is missing, newest log first; a log that gets none is told and left out. Standby recordings have no runs."""
+    """Make every page that is missing, newest log first; a log that gets none is told and left out. Standby recordings have no runs.
+    LogError for a folder that cannot be read."""
     for log, _ in _newest_first(folder):
         yield from _made(log, simulate, say)
 
@@ -31,12 +32,15 @@ def watch(folder: Path, simulate: bool, say: Say) -> Iterator[Path]:
     """The same for ever: logs that are closed from now on get their pages within seconds. Each is looked at once, and again when it
     changes."""
     done: dict[Path, int] = {}
+    found = _newest_first(folder)
     while True:
-        for log, changed_ns in _newest_first(folder):
+        for log, changed_ns in found:
             if done.get(log) != changed_ns:
                 yield from _made(log, simulate, say)
             done[log] = changed_ns
         time.sleep(LOOK_S)
+        with suppress(LogError):  # moved away meanwhile, it may come back
+            found = _newest_first(folder)
 
 
 def _newest_first(folder: Path) -> list[tuple[Path, int]]:

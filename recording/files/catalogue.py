@@ -6,6 +6,7 @@ A log that was cut has no index and one of another system no events: these are r
 from __future__ import annotations
 
 import json
+import os
 import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,7 +18,6 @@ import numpy as np
 from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
 
-from config.errors import LogError
 from recording.files.info import RunFacts, run_facts, why_invalid
 from recording.files.reader import log_bytes, read_log
 from recording.files.recordings import recordings
@@ -41,16 +41,10 @@ class Recorded:
 
 
 def logs_in(places: Iterable[Path]) -> list[Path]:
-    """Every recording in these folders, by name, and the files themselves that are named. LogError for a place that is neither."""
+    """Every recording in these folders, by name, and the files themselves that are named. LogError for a place that cannot be read."""
     found: list[Path] = []
     for place in places:
-        if place.is_dir():
-            found += recordings(place)
-        elif place.is_file():
-            found.append(place)
-        else:
-            advice = "Name the folder that the daemon writes its logs to: `ls .` shows what is there."
-            raise LogError("no such folder or log", where=str(place), next_step=advice)
+        found += [place] if os.path.isfile(place) else recordings(place)
     return list(dict.fromkeys(found))
 
 

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
+
+from config.errors import LogError
+from config.whole_file import system_advice
 
 _CUT_OUT = re.compile(r"-incident-\d+$")
 
 
+def logs_of(folder: Path) -> list[Path]:
+    """Every log of a folder, by name. LogError for a folder that is not there or may not be looked into: it is not an empty one."""
+    try:
+        with os.scandir(folder) as entries:
+            return sorted(folder / entry.name for entry in entries if entry.name.endswith(".mcap"))
+    except OSError as error:
+        reason, advice = error.strerror or str(error), system_advice(error)
+        raise LogError("the folder of logs cannot be read", value=reason, where=str(folder), next_step=advice) from error
+
+
 def recordings(folder: Path) -> list[Path]:
-    """By name."""
-    return sorted(path for path in folder.glob("*.mcap") if not _CUT_OUT.search(path.stem))
+    """By name; as `logs_of`."""
+    return [path for path in logs_of(folder) if not _CUT_OUT.search(path.stem)]
 
 
 def cut_out_of(log: Path, fault: int) -> Path:

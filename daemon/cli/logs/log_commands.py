@@ -141,10 +141,11 @@ def _recover(arguments: argparse.Namespace) -> int:
 
 def _recover_all(arguments: argparse.Namespace) -> int:
     """Every cut log that has no repaired copy yet; a log that cannot be repaired does not keep the others from it."""
+    from recording.files.recordings import logs_of
     from recording.files.recover import recover, was_closed
 
     status = 0
-    for log in sorted(arguments.all.glob("*.mcap")):
+    for log in logs_of(arguments.all):
         repaired = log.with_name(f"{log.stem}-recovered.mcap")
         if repaired.exists() or was_closed(log):
             continue

@@ -38,8 +38,6 @@ def _all(arguments: argparse.Namespace) -> int:
     """At the lowest priority: it runs beside the loop."""
     from daemon.reports.missing_pages import make_missing, watch
 
-    if not arguments.all.is_dir():
-        raise UsageError("no such directory", where=str(arguments.all), next_step="Name the folder that the daemon writes its logs to.")
     os.nice(LOWEST)
     for page in (watch if arguments.watch else make_missing)(arguments.all, not arguments.no_simulation, _tell):
         print(json.dumps({"page": str(page)}) if arguments.json else str(page), flush=True)

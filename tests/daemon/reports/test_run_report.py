@@ -206,5 +206,5 @@ def test_watching_looks_once_at_a_log_that_gets_no_page(tmp_path: Path, monkeypa
 def test_watching_needs_a_folder_and_a_report_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["log", "report"]) == 2
     assert main(["log", "report", "a.mcap", "--watch"]) == 2
-    assert main(["log", "report", "--all", str(tmp_path / "nowhere")]) == 2
+    assert main(["log", "report", "--all", str(tmp_path / "nowhere")]) == 3
     assert "--all DIRECTORY" in capsys.readouterr().err

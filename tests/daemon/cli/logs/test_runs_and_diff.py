@@ -100,8 +100,22 @@ def test_a_file_that_is_no_log_is_told_and_a_wrong_date_or_folder_refused(
     assert main(["runs", str(tmp_path)]) == 0
     assert "not a log" in capsys.readouterr().err
     assert main(["runs", str(folder), "--since", "yesterday"]) == 2
-    assert main(["runs", str(tmp_path / "nowhere")]) == 3
-    assert "no such folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["runs"], ["log", "recover", "--all"], ["log", "report", "--all"]])
+@pytest.mark.parametrize("error", [FileNotFoundError(2, "No such file or directory"), PermissionError(13, "Permission denied")])
+def test_a_folder_that_cannot_be_read_is_no_empty_one(
+    words: list[str], error: OSError, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Root may look into every folder, so the refusal is put in."""
+
+    def refused(_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("recording.files.recordings.os.scandir", refused)
+    monkeypatch.setattr("os.nice", lambda _: None)
+    assert main([*words, str(tmp_path)]) == 3
+    assert f"{tmp_path}: the folder of logs cannot be read: {error.strerror}" in capsys.readouterr().err
 
 
 def test_diff_says_what_differs_with_a_picture(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
