@@ -5,7 +5,8 @@
     │   └── UnitError              a quantity has the wrong unit or cannot be read
     ├── ManeuverError              a maneuver cannot run on this rig (outside the workspace, too fast, ...)
     ├── DriverError                a device did not answer, or answered wrongly
-    ├── LogError                   a log cannot be read, written, repaired or re-executed
+    ├── LogError                   a log cannot be read, repaired or re-executed
+    │   └── WriteError             a log, table, picture or page cannot be written
     ├── DaemonError                the daemon refuses a request (not armed, busy, a check failed, ...)
     └── PlantError                 the simulated plant cannot be built or has left its valid range
 
@@ -24,7 +25,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypedDict, Unpack
 
-_TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls) [^`]*)`")
+_TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls|ip) [^`]*)`")
 
 EXIT_REFUSED = 1
 EXIT_USAGE = 2
@@ -110,6 +111,12 @@ class LogError(LongreachError):
     """Example: the file was cut at t = 12.3 s; run `longreach log recover`."""
 
     exit_status = EXIT_UNUSABLE_DATA
+
+
+class WriteError(LogError):
+    """Example: the table cannot be written: no space left on device. No data are at fault."""
+
+    exit_status = EXIT_REFUSED
 
 
 class DaemonError(LongreachError):

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
-from config.errors import LogError, LongreachError
+from config.errors import LongreachError, WriteError
 
 _ROOM = "make room (`df -h` shows where) and try again; what was finished is kept."
 _RIGHTS = "Choose another place, or run it as a user who may use this one: `ls -ld {place}` shows who."
@@ -63,14 +63,14 @@ def replaced_when_done(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def whole_file(path: Path, what: str) -> Iterator[Path]:
-    """`replaced_when_done`, its folder made if need be. LogError "the WHAT cannot be written" when the operating system refuses."""
+    """`replaced_when_done`, its folder made if need be. WriteError "the WHAT cannot be written" when the operating system refuses."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replaced_when_done(path) as temporary:
             yield temporary
     except OSError as error:
         reason = error.strerror or str(error)
-        raise LogError(f"the {what} cannot be written", value=reason, where=str(path), next_step=system_advice(error)) from error
+        raise WriteError(f"the {what} cannot be written", value=reason, where=str(path), next_step=system_advice(error)) from error
 
 
 def write_whole(path: Path, text: str, what: str = "result") -> None:

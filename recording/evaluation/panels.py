@@ -66,7 +66,7 @@ def label(signal: ChosenSignal) -> str:
 
 
 def write_png(panels: Sequence[Panel], title: str, out: str | Path, x_label: str = "time / s") -> None:
-    """Under a temporary name first. LogError when it cannot be written."""
+    """Under a temporary name first. WriteError when it cannot be written."""
     with rc_context(_STYLE), whole_file(Path(out), "picture") as temporary:
         figure = _drawn(panels, title, x_label)
         FigureCanvasAgg(figure)

@@ -13,7 +13,7 @@ from typing import IO, Any, cast
 
 from mcap.writer import CompressionType, Writer
 
-from config.errors import LogError
+from config.errors import WriteError
 from config.whole_file import system_advice
 from recording.format.event import EVENT_SCHEMA, EVENT_SCHEMA_TEXT, Event, encode_event
 from recording.format.layout import RecordLayout
@@ -30,7 +30,7 @@ class LogWriter:
     """An open recording. `path` must not exist: a recording is never written over.
 
     `attachments` maps names to (media type, bytes), `metadata` names to string maps; both stand before the first cycle.
-    Every method raises LogError when the file cannot be written; the records up to the last flush stay readable.
+    Every method raises WriteError when the file cannot be written; the records up to the last flush stay readable.
     """
 
     def __init__(
@@ -153,10 +153,9 @@ class _WholeWrites:
         finally:
             os.close(directory)
 
-    def _refusal(self, error: OSError) -> LogError:
+    def _refusal(self, error: OSError) -> WriteError:
         if isinstance(error, FileExistsError):
-            what, value, next_step = "the log exists already", "", "Choose another name; recordings are never written over."
-        else:
-            what, value = "the log cannot be written", error.strerror or ""
-            next_step = system_advice(error)
-        return LogError(what, value=value, where=str(self._path), next_step=next_step)
+            advice = "Choose another name; recordings are never written over."
+            return WriteError("the log exists already", where=str(self._path), next_step=advice)
+        reason, advice = error.strerror or "", system_advice(error)
+        return WriteError("the log cannot be written", value=reason, where=str(self._path), next_step=advice)

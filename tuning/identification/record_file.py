@@ -24,7 +24,7 @@ LARGEST_SIGMA = 0.01  # relative; a point of the map that is known less well is 
 
 
 def write_record(found: Identification, path: Path, by: str, source: str, today: datetime.date, valid_days: int = VALID_DAYS) -> Path:
-    """The record at `path`, whole or not at all; checked by reading it back. LogError when it cannot be written."""
+    """The record at `path`, whole or not at all; checked by reading it back. WriteError when it cannot be written."""
     content: dict[str, Any] = {
         "longreach": "calibration/1",
         "rig": found.rig.name,

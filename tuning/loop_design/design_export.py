@@ -161,7 +161,7 @@ def check_export_path(path: Path) -> None:
 
 
 def write_design(design: ExportedDesign, path: Path) -> None:
-    """The .mat file, under a temporary name first, then renamed. LogError when it cannot be written."""
+    """The .mat file, under a temporary name first, then renamed. WriteError when it cannot be written."""
     with whole_file(path, "export") as temporary, temporary.open("wb") as file:
         savemat(file, _content(design), long_field_names=True, oned_as="row")
 

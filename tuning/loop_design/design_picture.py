@@ -25,7 +25,7 @@ def loops(problem: DesignProblem, servo: Servo, frequencies_Hz: Floats) -> Compl
 
 
 def design_picture(found: ArmDesign, out: Path) -> None:
-    """PNG: |S|, |T| and |1 + L|, the chosen servo in colour and the best pure gain in grey. LogError when it cannot be written."""
+    """PNG: |S|, |T| and |1 + L|, the chosen servo in colour and the best pure gain in grey. WriteError when it cannot be written."""
     figure = Figure(figsize=(11.0, 11.0), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(3, 1, sharex=True)

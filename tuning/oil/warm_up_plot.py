@@ -18,7 +18,7 @@ UNITS = ((degrees, "rotary: rms error, °"), (lambda metres: 1e3 * metres, "pris
 
 
 def warm_up_plot(study: WarmUpStudy, out: Path) -> None:
-    """PNG. LogError when it cannot be written."""
+    """PNG. WriteError when it cannot be written."""
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(2, 2)

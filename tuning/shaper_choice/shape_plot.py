@@ -14,7 +14,7 @@ VIBRATION = "largest hold vibration / (m/s²): ideal joints full, whole rig dash
 
 
 def shape_plot(found: Recommendation, out: Path) -> None:
-    """PNG. LogError when it cannot be written."""
+    """PNG. WriteError when it cannot be written."""
     figure = Figure(figsize=(12.0, 7.0), layout="constrained")
     FigureCanvasAgg(figure)
     axis = figure.subplots()
