@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import LogError
+from config.errors import LogError, UsageError
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -60,7 +60,7 @@ def simulate(
     """Run a maneuver on the simulated rig as the daemon would, and return its log, written to `out`.
 
     `settings` change the rig file, `parameters` the maneuver, both as a user writes them: {"servo.rotary.gain": "0.4 V/deg"}.
-    LogError where `out` exists; LongreachError where rig, maneuver or run are refused.
+    UsageError where `out` exists; LongreachError where rig, maneuver or run are refused.
     """
     from config.loading.load import changed_rig, read_text
     from config.loading.load import load_rig as load
@@ -69,7 +69,7 @@ def simulate(
 
     out = Path(out)
     if out.exists():
-        raise LogError("the log exists already", where=str(out), next_step="Choose another name; recordings are never written over.")
+        raise UsageError("the log exists already", where=str(out), next_step="Choose another name; recordings are never written over.")
     loaded = load(rig)
     written = {"text": read_text(Path(maneuver)), "name": maneuver} if Path(maneuver).suffix else {"name": maneuver}
     request = {"maneuver": written, "parameters": _as_written(parameters), "shaper": {"kind": shaper}, "approach": True}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -25,6 +26,9 @@ __all__ = [
     "LoadedManeuver", "LoadedRig", "apply_overrides", "changed_rig", "find", "load_maneuver", "load_rig", "maneuver_from_text",
     "rig_from_text",
 ]  # fmt: skip
+
+
+_LOG = b"\x89MCAP"  # how a log begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +109,9 @@ def read_text(path: Path) -> str:
         reason = error.strerror or str(error)
         raise ConfigError("the file cannot be read", value=reason, where=str(path), next_step=system_advice(error)) from error
     except UnicodeDecodeError as error:
+        if error.object.startswith(_LOG):
+            advice = f"`longreach log info {shlex.quote(str(path))}` shows what is in it."
+            raise ConfigError("this is a log, not a file of text", where=str(path), next_step=advice) from error
         line = error.object.count(b"\n", 0, error.start) + 1
         column = error.start - error.object.rfind(b"\n", 0, error.start)
         byte = f"byte 0x{error.object[error.start]:02x}"

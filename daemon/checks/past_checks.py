@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from config.errors import LogError
+from config.errors import LogError, UsageError
 from config.schema.rig import Rig
 from daemon.checks.declared.driving_by_hand import FACTS as DRIVING
 from daemon.checks.interlocks import facts_from_log, interlocks, rig_facts, watches
@@ -23,6 +23,7 @@ from daemon.checks.past_driving import driving_before, driving_is_known
 from daemon.cycle.facts import Facts
 from drivers.contract import Quality
 from recording.files.reader import Log, open_rig
+from recording.files.recordings import asked
 from recording.format.event import Event, Level
 from recording.format.fields import field_of_signal
 from servo_control.signals import NOT_DRIVEN, Mode
@@ -45,7 +46,7 @@ class Moment:
 def checks_at(log: Log, t_s: float | None) -> Moment:
     """The cycle nearest to `t_s` (seconds as in the log's column; None: the last one): times are shown to the millisecond.
 
-    LogError for a time outside the log and for a log without a rig file.
+    UsageError for a time outside the log, LogError for a log without a rig file.
     """
     rig = open_rig(log)
     end = _row_at(log, t_s)
@@ -62,13 +63,13 @@ def checks_at(log: Log, t_s: float | None) -> Moment:
 def _row_at(log: Log, t_s: float | None) -> int:
     times = log.columns["t_s"]
     if not len(times):
-        raise LogError("the log holds no cycle", where=str(log.path), next_step="Run `longreach log check`.")
+        raise LogError("the log holds no cycle", where=str(log.path), next_step=f"{asked('check', log.path)} says what is in it.")
     if t_s is None:
         return len(times) - 1
     if not times[0] <= t_s <= times[-1]:
         limit = f"{times[0]:.3f} to {times[-1]:.3f} s"
-        advice = "Times are those of the column t_s; `longreach log info` shows the range."
-        raise LogError("the moment is outside the log", value=f"{t_s:g} s", limit=limit, where=str(log.path), next_step=advice)
+        advice = f"Times are those of the column t_s; {asked('info', log.path)} shows the range."
+        raise UsageError("the moment is outside the log", value=f"{t_s:g} s", limit=limit, where=str(log.path), next_step=advice)
     return int(np.argmin(np.abs(times - t_s)))
 
 

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from config.errors import EXIT_REFUSED, DaemonError
+from config.errors import EXIT_REFUSED, UsageError
+from config.parsing.nearest import nearest
 from daemon.cli.connection import add_json_option
 from daemon.cli.number_option import COUNT
 
@@ -85,9 +86,10 @@ def _chosen(faults: Sequence[Fault], arguments: argparse.Namespace) -> list[Faul
         and (not arguments.only or any(words in fault.name for words in arguments.only))
     ]
     if not chosen:
-        raise DaemonError(
-            "no fault has these words in its name", value=", ".join(arguments.only), next_step="See `longreach faults --quick`."
-        )
+        names = sorted(fault.name for fault in faults)
+        mend = {word: near for word in arguments.only if (near := nearest(word, names))}
+        advice = f"There are: {'; '.join(names)}."
+        raise UsageError("no fault has these words in its name", value=", ".join(arguments.only), next_step=advice, mend=mend)
     return chosen
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from config.errors import ConfigError, DaemonError, DriverError, LogError, LongreachError
+from daemon.cli.connection import asks_daemon
 from daemon.cli.mended_command import mended_command
 
 _LINE_OF_A_FILE = re.compile(r"\.ya?ml:\d+")
@@ -69,7 +70,9 @@ def next_command(error: LongreachError, words: Sequence[str], arguments: argpars
     named = error.refusal.named_command()
     if named:
         return named
-    if isinstance(error, (DaemonError, DriverError)):
+    if isinstance(error, DaemonError) and isinstance(error.__cause__, OSError):
+        return _of_the_service(error)
+    if isinstance(error, (DaemonError, DriverError)) and asks_daemon(arguments):
         return "longreach why"
     if isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
         return f"longreach log check {shlex.quote(error.refusal.where)}"
@@ -80,6 +83,12 @@ def next_command(error: LongreachError, words: Sequence[str], arguments: argpars
     if better != words:
         return shlex.join(["longreach", *better])
     return f"longreach {arguments.command} {getattr(arguments, 'verb', '')}".rstrip() + " --help"
+
+
+def _of_the_service(error: DaemonError) -> str:
+    """Nobody answers, and would not answer another command either."""
+    forbidden = isinstance(error.__cause__, PermissionError)
+    return f"ls -ld {shlex.quote(error.refusal.where)}" if forbidden else "systemctl status longreachd"
 
 
 def _as_meant(word: str, meant: re.Match[str]) -> str:

@@ -42,7 +42,7 @@ def report_of_run(started: dict[str, Any], result: dict[str, Any]) -> list[str]:
     number = int(result["run"])
     log = _log_with_end(_paths(started, result), number)
     if log is None:
-        print("no report: the log of the run cannot be read from here; `longreach log report LOG` makes one", file=sys.stderr)
+        print("no report: the log of the run cannot be read from here; `longreach log report` makes one where it can", file=sys.stderr)
         return []
     pages = _pages("report", str(log.path), "--run", str(number))
     faults = 0 if result["validity"] == "valid" else sum(event.name == "fault" for event in read_log(log.path).events)

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from config.errors import LogError
+from config.errors import UsageError
 from daemon.checks.check_history import Change, CheckHistory, check_history
 from daemon.checks.past_checks import Moment, checks_at
 from recording.files.preceding import with_preceding
 from recording.files.reader import Log
+from recording.files.recordings import asked
 from recording.format.event import Event, Level
 
 BEFORE_S = 30.0
@@ -70,7 +71,7 @@ def faults_of(log: Log) -> list[Event]:
 
 
 def incident_of(log: Log, number: int = 1) -> Incident:
-    """Of fault `number`, counted from 1. LogError where the log holds no such fault or no rig file."""
+    """Of fault `number`, counted from 1. UsageError where the log holds no such fault, LogError where it holds no rig file."""
     fault = _fault(log, number)
     log = with_preceding(log, BEFORE_S)
     t = log.columns["t_s"]
@@ -96,8 +97,8 @@ def _fault(log: Log, number: int) -> Event:
     faults = faults_of(log)
     if 1 <= number <= len(faults):
         return faults[number - 1]
-    advice = "`longreach log info LOG` shows how each run ended; `longreach why LOG --at T` asks a moment."
-    raise LogError("the log holds no such fault", value=str(number), limit=f"{len(faults)} faults", where=str(log.path), next_step=advice)
+    advice = f"{asked('info', log.path)} shows how each run ended."
+    raise UsageError("the log holds no such fault", value=number, limit=f"{len(faults)} faults", where=str(log.path), next_step=advice)
 
 
 def incident_page_of(log: Path, number: int) -> Path:

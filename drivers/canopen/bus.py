@@ -11,6 +11,7 @@ set point that could not be sent is dropped, never sent later: the next cycle ha
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections.abc import Callable, Generator
 from typing import Any, NoReturn, TypeVar
@@ -227,6 +228,13 @@ def release(bus: CanopenBus) -> None:
         entry.shutdown()
 
 
+def _bring_up(settings: CanBus) -> str:
+    if settings.interface != "socketcan":
+        return f"Is python-can's interface {settings.interface} installed, and its device there?"
+    link = shlex.quote(settings.channel)
+    return f"`ip link show {link}` says whether it is up; `ip link set {link} up type can bitrate {int(settings.bitrate)}` brings it up."
+
+
 def open_can(settings: CanBus) -> can.BusABC:
     """python-can's bus. DriverError when it cannot be opened, or when frames of udp_multicast would leave this machine."""
     if settings.interface == "udp_multicast":
@@ -240,5 +248,5 @@ def open_can(settings: CanBus) -> can.BusABC:
             "the CAN bus cannot be opened",
             value=f"{type(error).__name__}: {error}",
             where=f"{settings.interface} {settings.channel}",
-            next_step="Is the interface up? ip link show; for socketcan: ip link set can0 up type can bitrate 1000000.",
+            next_step=_bring_up(settings),
         ) from error

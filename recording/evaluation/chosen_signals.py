@@ -9,11 +9,12 @@ from fnmatch import fnmatchcase
 import numpy as np
 import numpy.typing as npt
 
-from config.errors import LogError
+from config.errors import UsageError
 from config.loading.stated_units import stated_units
-from config.parsing.nearest import nearest_text
+from config.parsing.nearest import nearest, nearest_text
 from config.stated_sentences import Conversion
 from recording.files.reader import Log
+from recording.files.recordings import asked
 from recording.format.shown_units import field_conversions
 
 DEVICE_ENDINGS = ("_raw", "_age_s")  # what a device gave and when: shown where a pattern asks for it by its ending
@@ -36,15 +37,17 @@ class ChosenSignal:
 def chosen_signals(log: Log, patterns: Sequence[str], span: Span = WHOLE, si: bool = False) -> list[ChosenSignal]:
     """Every column with numbers that one of the globs matches (`rotary.*`, `*.command_V`), in the log's order.
 
-    LogError for a pattern that matches no column, with the nearest name, and for a span without cycles.
+    UsageError for a pattern that matches no column, with the nearest name, and for a span without cycles.
     """
     rows = rows_of(log, span)
     names = [name for name in log.columns if any(_matches(name, pattern) for pattern in patterns)]
     for pattern in patterns:
         if not any(_matches(name, pattern) for name in log.columns):
-            advice = f"The log has: {', '.join(name for name in log.columns if not name.endswith(DEVICE_ENDINGS))}."
+            known = ", ".join(name for name in log.columns if not name.endswith(DEVICE_ENDINGS))
+            advice = f"The log has: {known}; {asked('info', log.path)} shows which hold numbers."
             what = f"no signal of the log matches {pattern!r}{nearest_text(pattern, log.columns)}"
-            raise LogError(what, where=str(log.path), next_step=advice)
+            better = nearest(pattern, log.columns)
+            raise UsageError(what, where=str(log.path), next_step=advice, mend={pattern: better} if better else {})
     units = {} if si else column_conversions(log)
     chosen = [in_unit(log, name, rows, units) for name in names if name != "t_s"]
     return [signal for signal in chosen if np.any(np.isfinite(signal.values))]
@@ -56,8 +59,8 @@ def rows_of(log: Log, span: Span) -> slice:
     first, last = (int(np.searchsorted(t, span[0], side="left")), int(np.searchsorted(t, span[1], side="right")))
     if last <= first:
         limit = f"{t[0]:.3f} to {t[-1]:.3f} s" if len(t) else "no cycle"
-        value = f"{span[0]:g} to {span[1]:g} s"
-        raise LogError("the log has no cycle in this span", value=value, limit=limit, where=str(log.path), next_step="Change --from, --to.")
+        value, mend = f"{span[0]:g} to {span[1]:g} s", {"--from": None, "--to": None}
+        raise UsageError("the log has no cycle in this span", value=value, limit=limit, where=str(log.path), mend=mend)
     return slice(first, last)
 
 

@@ -18,6 +18,7 @@ from recording.evaluation.program_start import plan_of, program_start_s
 from recording.evaluation.vibration import HoldVibration, hold_vibration
 from recording.files.info import run_facts, run_of
 from recording.files.reader import Log
+from recording.files.recordings import asked
 from recording.format.fields import CYCLE_FIELDS
 
 FACTS = ("rig_name", "clock", "seed", "rate_Hz", "software_version", "software_commit", "host_name")
@@ -121,7 +122,7 @@ def _span(log: Log, run: int) -> tuple[float, float, float]:
     """Start, end, and where the program begins."""
     t = log.columns["t_s"]
     if not len(t):
-        raise LogError("the log holds no cycle", where=str(log.path), next_step="Run `longreach log check`.")
+        raise LogError("the log holds no cycle", where=str(log.path), next_step=f"{asked('check', log.path)} says what is in it.")
     if run == 0:
         return float(t[0]), float(t[-1]), float(t[0])
     found = run_of(log, run)

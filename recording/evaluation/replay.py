@@ -23,6 +23,7 @@ from config.errors import LogError
 from config.loading.load import changed_rig
 from config.schema.rig import Rig
 from recording.files.reader import Log, read_log
+from recording.files.recordings import asked
 from recording.format.fields import CONTROLLER_FIELDS, TIP_CORRECTION, field_of_signal
 from servo_control.controller import Controller
 from servo_control.planning.run_request import RunRequest
@@ -108,9 +109,14 @@ def _rig(log: Log, overrides: Sequence[str]) -> Rig:
         raise LogError("imported data have no controller to re-execute", where=str(log.path), next_step=advice)
     for name in ("rig.yaml", "controller_state.json"):
         if name not in log.attachments:
-            raise LogError(f"the log lacks {name}, which re-execution needs", where=str(log.path), next_step="Run `longreach log check`.")
+            raise _lacks(log, name)
     text = log.attachments["rig.yaml"].decode()
     return changed_rig(text, f"{log.path.name}:rig.yaml", overrides).rig
+
+
+def _lacks(log: Log, name: str) -> LogError:
+    advice = f"{asked('check', log.path)} says what is in it."
+    return LogError(f"the log lacks {name}, which re-execution needs", where=str(log.path), next_step=advice)
 
 
 def _contiguous(log: Log) -> tuple[int, str]:
@@ -194,7 +200,7 @@ def _oil_temperatures(log: Log, rig: Rig, end: int) -> Iterable[tuple[float, ...
 def _request(log: Log, run: int) -> RunRequest:
     name = f"run-{run}.json"
     if name not in log.attachments:
-        raise LogError(f"the log lacks {name}, which re-execution needs", where=str(log.path), next_step="Run `longreach log check`.")
+        raise _lacks(log, name)
     return RunRequest.from_json(log.attachments[name])
 
 

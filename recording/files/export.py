@@ -7,10 +7,11 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from config.errors import LogError
-from config.parsing.nearest import nearest_text
+from config.errors import LogError, UsageError
+from config.parsing.nearest import nearest, nearest_text
 from config.whole_file import whole_file
 from recording.files.reader import Column, Log
+from recording.files.recordings import asked
 
 Columns = Mapping[str, Column]
 
@@ -18,16 +19,19 @@ Columns = Mapping[str, Column]
 def export(log: Log, out: str | Path, columns: Sequence[str] | None = None) -> int:
     """Write `columns` (all by default; `t_s` always and first) and return the number of rows.
 
-    Raises LogError for a column the log does not have, an ending it does not know, or a file that cannot be written.
+    Raises UsageError for a column the log does not have or an ending it does not know, WriteError for a file that cannot be written.
     """
     names = ["t_s", *(name for name in columns or log.columns if name != "t_s")]
     for name in names:
         if name not in log.columns:
-            advice = f"The log has: {', '.join(log.columns)}."
-            raise LogError(f"the log has no column {name!r}{nearest_text(name, log.columns)}", where=str(log.path), next_step=advice)
+            advice = f"The log has: {', '.join(log.columns)}; {asked('info', log.path)} shows which hold numbers."
+            better = nearest(name, log.columns)
+            what, mend = f"the log has no column {name!r}{nearest_text(name, log.columns)}", {name: better} if better else {}
+            raise UsageError(what, where=str(log.path), next_step=advice, mend=mend)
     out = Path(out)
     if out.suffix.lower() not in WRITERS:
-        raise LogError("this kind of file is not known", value=out.suffix, limit=", ".join(WRITERS), where=str(out), next_step="Change -o.")
+        better, known = str(out.with_suffix(".csv")), ", ".join(WRITERS)
+        raise UsageError("this kind of file is not known", value=out.suffix, limit=known, where=str(out), mend={"-o": better})
     _write(out, {name: log.columns[name] for name in names}, WRITERS[out.suffix.lower()])
     return log.cycles
 

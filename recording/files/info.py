@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from config.errors import LogError
+from config.errors import UsageError
 from recording.files.reader import Log
+from recording.files.recordings import asked
 from recording.format.event import Event, Level
 from recording.format.fields import CYCLE_FIELDS
 from servo_control.signals import Mode
@@ -43,6 +44,8 @@ class LogFacts:
     joints: tuple[str, ...]
     about: dict[str, str]
     cycles: int
+    first_t_s: float
+    last_t_s: float
     duration_s: float
     rate_Hz: float
     bytes_per_s: float
@@ -60,6 +63,7 @@ class LogFacts:
         lines = [
             f"{self.path}: {self.kind} log of rig {self.rig_name or 'unknown'}, joints {', '.join(self.joints)}",
             f"  {self.cycles} cycles, {self.duration_s:.3f} s at {self.rate_Hz:.6g} Hz, {self.bytes_per_s / 1e3:.0f} kB/s",
+            f"  t_s {self.first_t_s:.3f} to {self.last_t_s:.3f} s",
             f"  {'complete' if self.complete else self.cut_text}",
             f"  {about}",
             f"  columns with numbers: {', '.join(self.fitted)}",
@@ -88,6 +92,8 @@ def describe(log: Log) -> LogFacts:
         joints=log.layout.joint_names,
         about=recording,
         cycles=log.cycles,
+        first_t_s=float(t[0]) if len(t) else float("nan"),
+        last_t_s=float(t[-1]) if len(t) else float("nan"),
         duration_s=log.duration_s,
         rate_Hz=rate_Hz,
         bytes_per_s=log.path.stat().st_size / log.duration_s if log.duration_s else float("nan"),
@@ -110,11 +116,12 @@ def run_facts(log: Log) -> list[RunFacts]:
 
 
 def run_of(log: Log, number: int) -> RunFacts:
-    """One run. LogError for a number that the log does not have."""
+    """One run. UsageError for a number that the log does not have."""
     runs = {run.number: run for run in run_facts(log)}
     if number not in runs:
         known = ", ".join(map(str, runs)) or "none"
-        raise LogError("the log has no such run", value=number, limit=known, where=str(log.path), next_step="See `longreach log info`.")
+        advice = f"{asked('info', log.path)} shows its runs."
+        raise UsageError("the log has no such run", value=number, limit=known, where=str(log.path), next_step=advice)
     return runs[number]
 
 

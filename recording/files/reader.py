@@ -192,21 +192,24 @@ def _cut_text(damage: Damage, columns: dict[str, Column], metadata: dict[str, di
 
 def _not_a_log(path: Path, head: bytes) -> LogError:
     if not head:
-        return LogError("the file is empty", where=str(path), next_step="Nothing was recorded into it.")
+        return LogError("the file is empty", where=str(path), next_step=f"Nothing was recorded into it. {_others(path)}")
     if path.suffix.lower() in (".csv", ".txt", ".tsv"):
         advice = f"Run `longreach import {shlex.quote(str(path))} --suggest` first."
         return LogError("this is a table, not a log", where=str(path), next_step=advice)
     what = "this is not a log: the file does not start as an MCAP file"
-    advice = "Give a .mcap file that longreach wrote: `longreach runs .` lists them."
-    return LogError(what, value=repr(head[:8]), where=str(path), next_step=advice)
+    return LogError(what, value=repr(head[:8]), where=str(path), next_step=_others(path))
+
+
+def _others(path: Path) -> str:
+    return f"Give a log that longreach wrote or imported: `longreach runs {shlex.quote(str(path.parent))}` lists those there."
 
 
 def _without_cycles(path: Path, damage: Damage, gathered: _Gathered) -> LogError:
     if damage.closed:
         what, advice = (
             "this MCAP file was not written by longreach: it has no /cycle records",
-            "Give a log that longreach wrote or imported.",
+            _others(path),
         )
     else:
-        what, advice = "the log was cut before its first cycle", "There is nothing in it to recover."
+        what, advice = "the log was cut before its first cycle", f"There is nothing in it to recover. {_others(path)}"
     return LogError(what, value="; ".join(gathered.problems), where=str(path), next_step=advice)

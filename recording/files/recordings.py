@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from pathlib import Path
 
 from config.errors import LogError
@@ -25,6 +26,11 @@ def logs_of(folder: Path) -> list[Path]:
 def recordings(folder: Path) -> list[Path]:
     """By name; as `logs_of`."""
     return [path for path in logs_of(folder) if not _CUT_OUT.search(path.stem)]
+
+
+def asked(verb: str, log: Path) -> str:
+    """The command that tells more of a log, as it is typed."""
+    return f"`longreach log {verb} {shlex.quote(str(log))}`"
 
 
 def cut_out_of(log: Path, fault: int) -> Path:

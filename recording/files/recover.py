@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from config.errors import LogError
+from config.errors import UsageError
 from config.whole_file import free_name, replaced_when_done
 from recording.files.copying import copy_records
 from recording.files.reader import Log, read_log
@@ -43,7 +43,7 @@ class RecoverReport:
 def recover(path: str | Path, out: str | Path) -> RecoverReport:
     """Copy everything whole from `path` into a new file `out`, with index and closing records.
 
-    The new file appears under its name only when it is finished. Raises LogError when `out` exists or `path` holds no cycles.
+    The new file appears under its name only when it is finished. Raises UsageError when `out` exists, LogError when `path` holds no cycles.
     """
     source, target = Path(path), Path(out)
     log = read_log(source)
@@ -51,7 +51,7 @@ def recover(path: str | Path, out: str | Path) -> RecoverReport:
         return _report(log, None)
     if target.exists():
         advice, mend = "Choose another name; logs are never written over.", {"-o": str(free_name(target))}
-        raise LogError("the file to write exists already", where=str(target), next_step=advice, mend=mend)
+        raise UsageError("the file to write exists already", where=str(target), next_step=advice, mend=mend)
     report = _report(log, target)
     with replaced_when_done(target) as temporary:
         _copy(log, temporary, report)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from config.errors import LogError
+from config.errors import LogError, UsageError
 from config.loading.import_map import LoadedMap, load_map
 from config.loading.load import LoadedRig
 from config.parsing.nearest import nearest_text
@@ -72,7 +72,7 @@ def ingest_parts(
     """Write a log of every span of a table (s of t_s; none: all of it), cut at long gaps: `out_path`, or NAME-1, NAME-2 … of several.
 
     Without a map the table's column names must be those of the log. `rig`, when given, goes into the log and its joints must be those of
-    the table. Raises LogError (data) or ConfigError (map).
+    the table. Raises LogError (data), ConfigError (map) or UsageError (a log of that name).
     """
     source, out = Path(csv_path), Path(out_path)
     table = read_table(source)
@@ -89,7 +89,7 @@ def ingest_parts(
     for name in names:
         if name.exists():
             advice, mend = "Choose another name; recordings are never written over.", {"-o": str(free_name(out))}
-            raise LogError("the log exists already", where=str(name), next_step=advice, mend=mend)
+            raise UsageError("the log exists already", where=str(name), next_step=advice, mend=mend)
     for name, piece in zip(names, pieces, strict=True):
         _write(name, layout, piece, _about(source, piece["t_s"], loaded, rig), _attachments(loaded, rig))
     return [_report(name, table, layout, piece, loaded, left_out) for name, piece in zip(names, pieces, strict=True)]

@@ -67,13 +67,21 @@ def _refuse_disorder(table: SourceTable, t: Floats, lines: npt.NDArray[np.int64]
     if not len(rows):
         return
     row, twice = int(rows[0]) + 1, int(np.sum(np.diff(t) == 0))
-    seen = f"{t[row - 1]!s} s, then {t[row]!s} s"
+    seen, mend = f"{t[row - 1]!s} s, then {t[row]!s} s", _part_before(t, row)
     advice = "Rows must be in the order of time, each once; sort them, or cut the table where the clock was set back"
     if t[row] == t[row - 1]:
         advice = f"{twice} rows have the stamp of the row before, and no regular period is certain of which all stamps are the rounding"
         advice += " (one gap or double row hides it). Remove double rows, export finer stamps, or take the part before or behind it"
-    advice = f"{advice}: `longreach import {table.path} --from S --to S`."
-    raise LogError("time does not increase", value=seen, where=f"{table.path}:{lines[row]}", next_step=advice)
+    where, advice = f"{table.path}:{lines[row]}", f"{advice} (--from, --to)."
+    raise LogError("time does not increase", value=seen, where=where, next_step=advice, mend=mend)
+
+
+def _part_before(t: Floats, row: int) -> dict[str, str | None]:
+    """The option that takes the rows before the disorder alone; empty where they are too few, or where later rows are of that time too."""
+    before = t[:row] if t[row] != t[row - 1] else t[: row - 1]
+    if len(before) < 2 or np.sum(t <= before[-1]) > len(before):
+        return {}
+    return {"--to": repr(float(before[-1]))}
 
 
 def _refuse_fractions(table: SourceTable, columns: dict[str, Floats], lines: npt.NDArray[np.int64]) -> None:

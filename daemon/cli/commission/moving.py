@@ -14,6 +14,7 @@ from daemon.cli.commission.context import Context
 from daemon.cli.commission.late import tells_of_lateness
 from daemon.cli.commission.record import Outcome, Value
 from recording.files.reader import read_log
+from recording.files.recordings import asked
 from servo_control.signals import Mode
 
 SHARE_OF_TRAVEL, SHARE_OF_RATE, TINY_S = 0.01, 0.05, 0.5  # of a tiny move; the servo of a fast joint must have time to settle in it
@@ -82,7 +83,7 @@ def steady_of(ran: Ran, joint: str) -> FullRate:
     rate = np.abs(np.nan_to_num(log.columns[f"{joint}.target_rate"]))
     rows = np.flatnonzero(running & (rate >= FULL_RATE * np.max(rate[running])))
     if not len(rows):
-        raise LongreachError("the joint was not moved", value=joint, where=str(ran.log), next_step="See `longreach log plot`.")
+        raise LongreachError("the joint was not moved", value=joint, where=str(ran.log), next_step=f"See {asked('plot', ran.log)}.")
     rows = rows[len(rows) // 3 :]
     t, position = log.columns["t_s"][rows], log.columns[f"{joint}.position"][rows]
     return FullRate(float(np.polyfit(t - t[0], position, 1)[0]), float(np.mean(log.columns[f"{joint}.command_V"][rows])))

@@ -15,6 +15,7 @@ from typing import Any
 from config.errors import DaemonError
 from daemon.cli.operate.motion_commands import wait_for
 from daemon.server.protocol import Client
+from recording.files.recordings import asked
 
 _START_LIMIT_S = 90.0  # the first start on a machine compiles the simulation kernel
 _END_LIMIT_S = 20.0
@@ -46,7 +47,7 @@ def _one_run(client: Client, request: Mapping[str, Any], show: Show) -> Path:
             "a demo run is not valid",
             value=str(result.get("reason", "")).rstrip("."),
             where=str(log),
-            next_step=f"See `longreach log info {log}`.",
+            next_step=f"See {asked('info', log)}.",
         )
     _until_mode(client, "disarmed", show)
     return log

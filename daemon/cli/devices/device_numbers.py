@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -75,7 +76,7 @@ def device(arguments: argparse.Namespace) -> Iterator[ReadDevice]:
         with _unit(named, _scalings(where.rig, arguments.device)) as found:
             yield found
     elif where.buses:
-        node = _needed(arguments.node, "--node")
+        node = _needed(arguments.node, "--node", arguments.where)
         with _node(where, where.buses[0], node, None, arguments) as found:
             yield found
     else:
@@ -101,9 +102,10 @@ def _named(where: DeviceLinks, arguments: argparse.Namespace) -> DeviceOptions |
     return options
 
 
-def _needed(number: int | None, option: str) -> int:
+def _needed(number: int | None, option: str, where: str) -> int:
     if number is None:
-        raise UsageError(f"{option} is missing", where=option, next_step="`longreach device scan WHERE` shows who is there.")
+        advice = f"`longreach device scan {shlex.quote(where)}` shows who is there."
+        raise UsageError(f"{option} is missing", where=option, next_step=advice)
     return number
 
 
@@ -173,7 +175,7 @@ def _registers(line: TcpOptions | RtuOptions, arguments: argparse.Namespace) -> 
         f"number {number}": section(ModbusChannel, {**common, "address": arguments.address + each * number}, "--address")
         for number in range(arguments.count)
     }
-    return line.model_copy(update={"unit_id": _needed(arguments.unit, "--unit"), "channels": channels})
+    return line.model_copy(update={"unit_id": _needed(arguments.unit, "--unit", arguments.where), "channels": channels})
 
 
 def _scalings(rig: LoadedRig | None, device_name: str | None) -> dict[str, Scaling]:

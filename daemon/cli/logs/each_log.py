@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -31,9 +33,18 @@ def _each(arguments: argparse.Namespace, verb: Verb) -> int:
     return max(_one(arguments, log, verb) for log in logs)
 
 
+def folder_of(arguments: argparse.Namespace) -> Path:
+    """What --all names. UsageError for a log: it is named without."""
+    folder: Path = arguments.all
+    if os.path.isfile(folder):
+        advice = f"For one log: `{shlex.join(['longreach', 'log', arguments.verb, str(folder)])}`."
+        raise UsageError("--all takes a folder of logs", value=str(folder), where=f"log {arguments.verb}", next_step=advice)
+    return folder
+
+
 def _one(arguments: argparse.Namespace, log: Path, verb: Verb) -> int:
     try:
         return verb(argparse.Namespace(**vars(arguments), log=log))
-    except LogError as error:
+    except (LogError, UsageError) as error:
         print(f"longreach: {error}", file=sys.stderr)
         return error.exit_status

@@ -9,10 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from config.errors import EXIT_UNUSABLE_DATA, LogError
+from config.errors import EXIT_UNUSABLE_DATA, LogError, UsageError
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.diff_command import options as diff_options
-from daemon.cli.logs.each_log import add_logs
+from daemon.cli.logs.each_log import add_logs, folder_of
 from daemon.cli.logs.incident_command import options as incident_options
 from daemon.cli.logs.report_command import options as report_options
 from daemon.cli.number_option import finite
@@ -133,7 +133,7 @@ def _recover(arguments: argparse.Namespace) -> int:
     if arguments.all:
         return _recover_all(arguments)
     if arguments.log is None:
-        raise LogError("no log was named", where="log recover", next_step="Give LOG.mcap or --all DIRECTORY.", mend={"--all": "logs"})
+        raise UsageError("no log was named", where="log recover", next_step="Give LOG.mcap or --all DIRECTORY.", mend={"--all": "."})
     report = recover(arguments.log, _beside(arguments, "-recovered.mcap"))
     _say(arguments, dataclasses.asdict(report), report.text())
     return 0
@@ -145,7 +145,7 @@ def _recover_all(arguments: argparse.Namespace) -> int:
     from recording.files.recover import recover, was_closed
 
     status = 0
-    for log in logs_of(arguments.all):
+    for log in logs_of(folder_of(arguments)):
         repaired = log.with_name(f"{log.stem}-recovered.mcap")
         if repaired.exists() or was_closed(log):
             continue

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from config.errors import UsageError
 from daemon.cli.connection import add_json_option
-from daemon.cli.logs.each_log import add_logs
+from daemon.cli.logs.each_log import add_logs, folder_of
 from daemon.cli.number_option import COUNT
 
 LOWEST = 19  # priority
@@ -30,7 +30,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _named(arguments: argparse.Namespace) -> argparse.Namespace:
     if not arguments.logs or arguments.watch:
         what = "--watch needs --all" if arguments.watch else "no log was named"
-        raise UsageError(what, where="log report", next_step="Give LOG.mcap, or --all DIRECTORY.", mend={"--all": "logs"})
+        raise UsageError(what, where="log report", next_step="Give LOG.mcap, or --all DIRECTORY.", mend={"--all": "."})
     return arguments
 
 
@@ -38,8 +38,9 @@ def _all(arguments: argparse.Namespace) -> int:
     """At the lowest priority: it runs beside the loop."""
     from daemon.reports.missing_pages import make_missing, watch
 
+    folder = folder_of(arguments)
     os.nice(LOWEST)
-    for page in (watch if arguments.watch else make_missing)(arguments.all, not arguments.no_simulation, _tell):
+    for page in (watch if arguments.watch else make_missing)(folder, not arguments.no_simulation, _tell):
         print(json.dumps({"page": str(page)}) if arguments.json else str(page), flush=True)
     return 0
 

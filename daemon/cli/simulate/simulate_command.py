@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import ManeuverError, UsageError
+from config.errors import EXIT_REFUSED, ManeuverError, UsageError
 from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
 from daemon.cli.number_option import COUNT, SEED
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from config.stated_sentences import StatedSentences
     from daemon.cli.simulate.outcome import RunOutcome
     from daemon.cli.simulate.runs import SimulatedRun, Work
+
+
+LOG_ENDING = ".mcap"
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -60,7 +63,7 @@ def _simulate(arguments: argparse.Namespace) -> int:
         print(json.dumps({"runs": [run.as_dict() for run in runs], "pictures": pictures}))
     else:
         _show(runs, pictures, sentences_for(works[0].rig_text, arguments.si))
-    return 0
+    return EXIT_REFUSED if any(run.refused for run in runs) else 0
 
 
 def _outcome(work: Work, si: bool) -> RunOutcome:
@@ -99,6 +102,9 @@ def _works(arguments: argparse.Namespace, found: list[dict[str, str]]) -> list[W
         "approach": not arguments.from_here,
     }
     out: Path = arguments.output
+    if out.suffix != LOG_ENDING:
+        what, mend = "a log has another ending", {"-o": str(out.with_suffix(LOG_ENDING))}
+        raise UsageError(what, value=out.suffix or out.name, limit=LOG_ENDING, where="-o", mend=mend)
     names = [out] if len(found) == 1 else [out.with_name(f"{out.stem}-{k}{out.suffix}") for k in range(1, len(found) + 1)]
     there = next((name for name in names if name.exists()), None)
     if there:

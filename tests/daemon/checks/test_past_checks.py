@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from config.errors import LogError
+from config.errors import UsageError
 from config.loading.load import LoadedRig, apply_overrides, rig_from_text
 from daemon.checks.past_checks import checks_at
 from daemon.cli.main import main
@@ -67,7 +67,7 @@ def test_a_lost_sensor_is_bad_quality(tmp_path: Path) -> None:
 
 
 def test_a_moment_outside_is_refused_with_the_range(faulty: tuple[Path, float]) -> None:
-    with pytest.raises(LogError, match=r"the moment is outside the log: 1000 s \(limit: [\d.]+ to [\d.]+ s\)"):
+    with pytest.raises(UsageError, match=r"the moment is outside the log: 1000 s \(limit: [\d.]+ to [\d.]+ s\)"):
         checks_at(read_log(faulty[0]), 1000.0)
 
 

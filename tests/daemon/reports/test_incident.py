@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from config.errors import LogError
+from config.errors import UsageError
 from daemon.checks.check_history import check_history
 from daemon.cli.main import main
 from daemon.modes.mode_machine import OperatorAction
@@ -158,7 +158,7 @@ def test_the_time_before_the_fault_is_a_log_of_its_own(
 
 def test_a_log_without_a_fault_is_refused(tmp_path: Path) -> None:
     session.recorded_run(tmp_path / "a.mcap")
-    with pytest.raises(LogError, match="holds no such fault"):
+    with pytest.raises(UsageError, match="holds no such fault"):
         write_incidents(tmp_path / "a.mcap")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from config.errors import LogError
+from config.errors import UsageError
 from recording.evaluation.chosen_signals import chosen_signals
 from recording.evaluation.log_difference import difference
 from recording.evaluation.panels import envelope, svg, write_png
@@ -57,7 +57,7 @@ def test_runs_are_aligned_on_their_start(logs: tuple[Log, Log], tmp_path: Path) 
 
 
 def test_a_run_that_is_not_there_names_those_that_are(logs: tuple[Log, Log]) -> None:
-    with pytest.raises(LogError, match=r"no such run: 7 .limit: 1"):
+    with pytest.raises(UsageError, match=r"no such run: 7 .limit: 1"):
         difference(*logs, runs=(1, 7))
 
 
@@ -76,9 +76,9 @@ def test_signals_are_picked_by_glob_and_shown_as_the_rig_file_writes_them(logs: 
 
 
 def test_a_pattern_that_matches_nothing_and_an_empty_span_are_refused(logs: tuple[Log, Log]) -> None:
-    with pytest.raises(LogError, match=r"nearest is 'rotary.position'"):
+    with pytest.raises(UsageError, match=r"nearest is 'rotary.position'"):
         chosen_signals(logs[0], ["rotary.positon"])
-    with pytest.raises(LogError, match="no cycle in this span"):
+    with pytest.raises(UsageError, match="no cycle in this span"):
         chosen_signals(logs[0], ["*"], (500.0, 600.0))
 
 

@@ -154,7 +154,7 @@ def test_a_log_that_lacks_something_is_refused(whole: Path, tmp_path: Path, name
     path = rewritten(whole, tmp_path / "a.mcap", {}, without=(name,))
     with pytest.raises(LogError) as caught:
         reexecute(path)
-    assert f"a.mcap: the log lacks {name}, which re-execution needs. Run `longreach log check`." in str(caught.value)
+    assert f"a.mcap: the log lacks {name}, which re-execution needs. `longreach log check {path}` says" in str(caught.value)
 
 
 def test_imported_data_cannot_be_re_executed(tmp_path: Path) -> None:

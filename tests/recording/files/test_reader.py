@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from config.errors import LogError
+from config.errors import LogError, UsageError
 from recording.files.reader import Log, open_rig, read_log
 from recording.files.recover import recover
 from recording.files.writer import LogWriter
@@ -144,7 +144,7 @@ def test_a_damaged_chunk_costs_only_its_own_rows(whole: Whole, tmp_path: Path) -
     ("name", "content", "text"),
     [
         ("a.mcap", b"", "the file is empty. Nothing was recorded into it."),
-        ("a.mcap", b"SQLite format 3\x00", "this is not a log: the file does not start as an MCAP file: b'SQLite f'. Give a .mcap file"),
+        ("a.mcap", b"SQLite format 3\x00", "this is not a log: the file does not start as an MCAP file: b'SQLite f'. Give a log"),
         ("d.csv", b"t_s,x\n0,1\n", "this is a table, not a log. Run `longreach import "),
         ("a.mcap", b"\x89MCAP0\r\n", "the log was cut before its first cycle. There is nothing in it to recover."),
     ],
@@ -245,6 +245,6 @@ def test_a_recovered_log_needs_no_second_repair(whole: Whole, tmp_path: Path) ->
 def test_recover_does_not_write_over_a_file(whole: Whole, tmp_path: Path) -> None:
     (tmp_path / "cut.mcap").write_bytes(whole.content[:-100])
     (tmp_path / "b.mcap").write_bytes(b"mine")
-    with pytest.raises(LogError, match="the file to write exists already"):
+    with pytest.raises(UsageError, match="the file to write exists already"):
         recover(tmp_path / "cut.mcap", tmp_path / "b.mcap")
     assert (tmp_path / "b.mcap").read_bytes() == b"mine"

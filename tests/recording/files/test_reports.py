@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from config.errors import LogError
+from config.errors import LogError, UsageError
 from config.loading.load import load_rig
 from recording.evaluation.plots import plot_log, vibration_plot
 from recording.files.check import check_log
@@ -181,7 +181,7 @@ def test_a_whole_export_has_every_column(tmp_path: Path) -> None:
 
 
 def test_export_refuses_a_wrong_column(run: Path, tmp_path: Path) -> None:
-    with pytest.raises(LogError, match=r"the log has no column 'rotary.comand_V': nearest is 'rotary.command_V'"):
+    with pytest.raises(UsageError, match=r"the log has no column 'rotary.comand_V': nearest is 'rotary.command_V'"):
         export(read_log(run), tmp_path / "a.csv", ["rotary.comand_V"])
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "no_folder").touch()

@@ -135,8 +135,12 @@ def test_what_is_not_certain_is_refused_with_the_next_command(stamps: Floats, tm
         LogError, match=r"time does not increase: .*\d+ rows have the stamp of the row before, and no regular period"
     ) as caught:
         ingest(data, None, tmp_path / "a.mcap")
-    assert caught.value.refusal.next_step.endswith(f"`longreach import {data} --from S --to S`.")
+    assert caught.value.refusal.next_step.endswith("take the part before or behind it (--from, --to).")
     assert [path.name for path in tmp_path.iterdir()] == ["data.csv"]
+    part = caught.value.refusal.mend.get("--to")
+    assert (part is not None) == (np.flatnonzero(np.diff(stamps) <= 0)[0] > 1)
+    if part is not None:
+        assert ingest_parts(data, None, tmp_path / "a.mcap", None, [(-math.inf, float(part))])[0].rows >= 2
 
 
 def test_rows_that_were_copied_are_no_samples(tmp_path: Path) -> None:

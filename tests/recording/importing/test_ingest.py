@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from config.errors import ConfigError, LogError
+from config.errors import ConfigError, LogError, UsageError
 from config.loading.import_map import load_map
 from recording.files.check import check_log
 from recording.files.reader import read_log
@@ -178,7 +178,7 @@ def test_uneven_rows_are_a_warning(tmp_path: Path) -> None:
 def test_an_existing_log_is_not_written_over(tmp_path: Path) -> None:
     data, _, out = make(tmp_path, "t_s,axis.position\n0,1\n1,1\n")
     out.write_bytes(b"mine")
-    with pytest.raises(LogError, match="the log exists already"):
+    with pytest.raises(UsageError, match="the log exists already"):
         ingest(data, None, out)
     assert out.read_bytes() == b"mine"
 
