@@ -8,12 +8,13 @@ work it imports when it does it.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any, NamedTuple, NoReturn
 
-from config.errors import EXIT_USAGE
+from config.errors import EXIT_USAGE, UsageError
 
 
 class Command(NamedTuple):
@@ -102,10 +103,14 @@ class Parser(argparse.ArgumentParser):
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        from daemon.cli.refusal import as_typed_here
+        from daemon.cli.refusal import as_typed_here, error_object
         from daemon.cli.wrong_usage import wrong_usage
 
         wrong = wrong_usage(self, self._words, message)
+        if "--json" in self._words:
+            refusal = UsageError(wrong.said, where=wrong.of, next_step=f"Type `{wrong.typed}`.")
+            print(json.dumps(error_object(refusal)))
+            self.exit(EXIT_USAGE)
         usage = self.format_usage() if wrong.with_usage else ""
         self.exit(EXIT_USAGE, f"{usage}{wrong.of}: {wrong.said}\nnext: {as_typed_here(wrong.typed)}\n")
 
@@ -119,7 +124,23 @@ class CommandParser(Parser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         self.load()
-        return super().parse_known_args(args, namespace)
+        found, rest = super().parse_known_args(args, namespace)
+        return found, self._with_optional_word(found, rest)
+
+    def _with_optional_word(self, found: argparse.Namespace, rest: list[str]) -> list[str]:
+        """The words that are left. argparse takes an optional word only beside the one before it, with no option between them."""
+        for action in self._get_positional_actions():
+            left_out = action.nargs == "?" and getattr(found, action.dest, None) is action.default
+            if left_out and rest and not rest[0].startswith("-"):
+                setattr(found, action.dest, self._read(action, rest[0]))
+                rest = rest[1:]
+        return rest
+
+    def _read(self, action: argparse.Action, word: str) -> Any:
+        try:
+            return self._get_values(action, [word])
+        except argparse.ArgumentError as error:
+            self.error(str(error))
 
     def load(self) -> None:
         """Import the command and add its options, once."""

@@ -54,6 +54,9 @@ def _no_such_option(parser: argparse.ArgumentParser, words: Sequence[str], rest:
     option = given.partition("=")[0]
     if not option.startswith("-"):
         return WrongUsage(command.prog, f"{rest!r} is one word too many", help_typed)
+    if option in command._option_string_actions:
+        behind = [*(word for word in words if word != given), given]
+        return WrongUsage(command.prog, f"{option} stands behind the command", _typed(parser, behind))
     known = [name for name in command._option_string_actions if name.startswith("--")]
     near = nearest(option, known, alike=0.75)  # all of them begin alike
     said = f"there is no option {option}" + (f": nearest is {near}" if near else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 
 import pytest
@@ -18,6 +19,9 @@ from daemon.cli.main import main
         ("log inf a.mcap", "longreach log: there is no command 'inf': nearest is 'info'", "longreach log info --help"),
         ("status --wach", "longreach status: there is no option --wach: nearest is --watch", "longreach status --watch"),
         ("log plot a.mcap --singals=x", "longreach log plot: there is no option --singals", "longreach log plot a.mcap --signals=x"),
+        ("--si status", "longreach status: --si stands behind the command", "longreach status --si"),
+        ("--si log info a.mcap", "longreach log info: --si stands behind the command", "longreach log info a.mcap --si"),
+        ("play a.mcap --speed 2 uj", "view cannot be 'uj': nearest is 'ui'", "longreach play a.mcap --speed 2 ui"),
         ("replay a.mcap --rig b", "longreach replay: there is no option --rig", "longreach replay --help"),
         ("start jog --shaper zvdd", "--shaper cannot be 'zvdd': nearest is 'zvd'. One of: ", "longreach start jog --shaper zvd"),
         ("start jog --shaper=zvdd", "--shaper cannot be 'zvdd'", "longreach start jog --shaper=zvd"),
@@ -59,3 +63,22 @@ def test_what_is_wrong_and_what_to_type(typed: str, said: str, next_command: str
         assert helped.value.code == 0
     else:
         build_parser().parse_args(words)
+
+
+def test_an_optional_word_may_stand_behind_an_option() -> None:
+    for typed in ("play a.mcap ui --speed 2", "play a.mcap --speed 2 ui", "play --speed 2 a.mcap ui"):
+        found = build_parser().parse_args(shlex.split(typed))
+        assert (found.log, found.view, found.speed) == ("a.mcap", "ui", 2.0)
+    assert build_parser().parse_args(["device", "read", "rig.yaml", "--json", "encoder"]).device == "encoder"
+
+
+@pytest.mark.parametrize("typed", ["statsu --json", "--json status", "start jog --settle nan --json", "log --json", "log info --json"])
+def test_wrong_usage_is_json_for_scripts(typed: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refused:
+        main(shlex.split(typed))
+    assert refused.value.code == EXIT_USAGE
+    told = capsys.readouterr()
+    assert told.err == ""
+    error = json.loads(told.out)["error"]
+    assert error["class"] == "UsageError"
+    assert "`longreach" in error["next_step"]
