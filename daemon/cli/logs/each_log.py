@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from config.errors import LogError, UsageError
+from config.errors import LogError, LongreachError, UsageError
+from daemon.cli.refusal import error_object
 
 Verb = Callable[[argparse.Namespace], int]
 
@@ -30,7 +33,30 @@ def _each(arguments: argparse.Namespace, verb: Verb) -> int:
         raise UsageError(
             "one output cannot hold several logs", value=str(arguments.output), where="-o", next_step=advice, mend={"-o": None}
         )
-    return max(_one(arguments, log, verb) for log in logs)
+    answers: list[Any] = []
+    status = max(_one(arguments, log, verb, answers) for log in logs)
+    if arguments.json:
+        print(json.dumps(answers, default=str))
+    return status
+
+
+def say(arguments: argparse.Namespace, answer: Mapping[str, Any], text: str) -> None:
+    """What a verb found of one log; as JSON it is put beside that of the other logs, if there are any."""
+    answers: list[Any] | None = getattr(arguments, "answers", None)
+    if not arguments.json:
+        print(text)
+    elif answers is None:
+        print(json.dumps(answer, default=str))
+    else:
+        answers.append(answer)
+
+
+def say_refused(arguments: argparse.Namespace, error: LongreachError) -> None:
+    """Of one log among several."""
+    if arguments.json:
+        arguments.answers.append(error_object(error))
+    else:
+        print(f"longreach: {error}", file=sys.stderr)
 
 
 def folder_of(arguments: argparse.Namespace) -> Path:
@@ -42,9 +68,10 @@ def folder_of(arguments: argparse.Namespace) -> Path:
     return folder
 
 
-def _one(arguments: argparse.Namespace, log: Path, verb: Verb) -> int:
+def _one(arguments: argparse.Namespace, log: Path, verb: Verb, answers: list[Any]) -> int:
+    of_this = argparse.Namespace(**vars(arguments), log=log, answers=answers)
     try:
-        return verb(argparse.Namespace(**vars(arguments), log=log))
+        return verb(of_this)
     except (LogError, UsageError) as error:
-        print(f"longreach: {error}", file=sys.stderr)
+        say_refused(of_this, error)
         return error.exit_status

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 
 from daemon.cli.connection import add_json_option
-from daemon.cli.logs.each_log import add_logs
+from daemon.cli.logs.each_log import add_logs, say
 from daemon.cli.number_option import COUNT
 
 
@@ -21,9 +20,7 @@ def _incident(arguments: argparse.Namespace) -> int:
     from daemon.reports.incident_page import write_incidents
 
     written = write_incidents(arguments.log, arguments.fault)
-    if arguments.json:
-        pages, logs = ([str(path) for path in paths] for paths in zip(*written, strict=True))
-        print(json.dumps({"log": str(arguments.log), "pages": pages, "logs": logs}))
-    else:
-        print("\n".join(f"{each.page}\n{each.log}: the {BEFORE_S:.0f} s before the fault, a log of its own" for each in written))
+    answer = {"log": arguments.log, "pages": [each.page for each in written], "logs": [each.log for each in written]}
+    lines = [f"{each.page}\n{each.log}: the {BEFORE_S:.0f} s before the fault, a log of its own" for each in written]
+    say(arguments, answer, "\n".join(lines))
     return 0

@@ -12,7 +12,7 @@ from typing import Any
 from config.errors import EXIT_UNUSABLE_DATA, LogError, UsageError
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.diff_command import options as diff_options
-from daemon.cli.logs.each_log import add_logs, folder_of
+from daemon.cli.logs.each_log import add_logs, folder_of, say, say_refused
 from daemon.cli.logs.incident_command import options as incident_options
 from daemon.cli.logs.report_command import options as report_options
 from daemon.cli.number_option import finite
@@ -70,10 +70,6 @@ def _beside(arguments: argparse.Namespace, ending: str) -> Path:
     return chosen or arguments.log.with_name(arguments.log.stem + ending)
 
 
-def _say(arguments: argparse.Namespace, answer: dict[str, Any], text: str) -> None:
-    print(json.dumps(answer, default=str) if arguments.json else text)
-
-
 def _info(arguments: argparse.Namespace) -> int:
     from daemon.reports.stated_log import sentences_of
     from recording.files.info import describe
@@ -84,7 +80,7 @@ def _info(arguments: argparse.Namespace) -> int:
     info, shaped = describe(log), shaped_moves(log)
     answer = {**dataclasses.asdict(info), "shaped_moves": [dataclasses.asdict(move) for move in shaped]}
     text = info.text() if arguments.si else sentences_of(log).text(info.text())
-    _say(arguments, answer, "\n".join([text, *(f"  {move.text()}" for move in shaped)]))
+    say(arguments, answer, "\n".join([text, *(f"  {move.text()}" for move in shaped)]))
     return 0
 
 
@@ -93,7 +89,7 @@ def _check(arguments: argparse.Namespace) -> int:
     from recording.files.check import check_log
 
     report = check_log(arguments.log, load_rig(arguments.rig).rig if arguments.rig else None)
-    _say(arguments, {**dataclasses.asdict(report), "good": report.good}, report.text())
+    say(arguments, {**dataclasses.asdict(report), "good": report.good}, report.text())
     return 0 if report.good else EXIT_UNUSABLE_DATA
 
 
@@ -106,14 +102,14 @@ def _plot(arguments: argparse.Namespace) -> int:
     picture = _beside(arguments, ".png")
     if arguments.signals is None and (arguments.first_s, arguments.last_s) == WHOLE:
         plot_log(read_log(arguments.log), picture, arguments.si)
-        _say(arguments, {"picture": picture}, str(picture))
+        say(arguments, {"picture": picture}, str(picture))
         return 0
     log = read_log(arguments.log)
     signals = chosen_signals(log, arguments.signals or PLOTTED, (arguments.first_s, arguments.last_s), arguments.si)
     if not signals:
         raise LogError("the signals hold no numbers here", value=" ".join(arguments.signals or PLOTTED), where=str(log.path))
     write_png(by_unit(signals), log.path.name, picture)
-    _say(arguments, {"picture": picture, "signals": [signal.name for signal in signals]}, str(picture))
+    say(arguments, {"picture": picture, "signals": [signal.name for signal in signals]}, str(picture))
     return 0
 
 
@@ -123,7 +119,7 @@ def _export(arguments: argparse.Namespace) -> int:
 
     table = _beside(arguments, ".csv")
     rows = export(read_log(arguments.log), table, arguments.columns)
-    _say(arguments, {"table": table, "rows": rows}, f"{table}: {rows} rows")
+    say(arguments, {"table": table, "rows": rows}, f"{table}: {rows} rows")
     return 0
 
 
@@ -135,7 +131,7 @@ def _recover(arguments: argparse.Namespace) -> int:
     if arguments.log is None:
         raise UsageError("no log was named", where="log recover", next_step="Give LOG.mcap or --all DIRECTORY.", mend={"--all": "."})
     report = recover(arguments.log, _beside(arguments, "-recovered.mcap"))
-    _say(arguments, dataclasses.asdict(report), report.text())
+    say(arguments, dataclasses.asdict(report), report.text())
     return 0
 
 
@@ -144,7 +140,7 @@ def _recover_all(arguments: argparse.Namespace) -> int:
     from recording.files.recordings import logs_of
     from recording.files.recover import recover, was_closed
 
-    status = 0
+    status, arguments.answers = 0, []
     for log in logs_of(folder_of(arguments)):
         repaired = log.with_name(f"{log.stem}-recovered.mcap")
         if repaired.exists() or was_closed(log):
@@ -153,11 +149,13 @@ def _recover_all(arguments: argparse.Namespace) -> int:
         try:
             report = recover(log, repaired)
         except LogError as error:
-            print(f"longreach: {error}")
+            say_refused(arguments, error)
             status = EXIT_UNUSABLE_DATA
             continue
         if report.written:
-            _say(arguments, dataclasses.asdict(report), report.text())
+            say(arguments, dataclasses.asdict(report), report.text())
+    if arguments.json:
+        print(json.dumps(arguments.answers, default=str))
     return status
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 
 from daemon.cli.connection import add_json_option
-from daemon.cli.logs.each_log import add_logs
+from daemon.cli.logs.each_log import add_logs, say
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -24,5 +23,5 @@ def _replay(arguments: argparse.Namespace) -> int:
 
     result = reexecute(arguments.log, tuple(arguments.set))
     text = result.text() if len(arguments.logs) == 1 else f"{arguments.log}: {result.text()}"
-    print(json.dumps(dataclasses.asdict(result), default=str) if arguments.json else text)
+    say(arguments, dataclasses.asdict(result), text)
     return 0 if result.identical or arguments.set else 1

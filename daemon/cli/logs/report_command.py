@@ -10,7 +10,7 @@ from pathlib import Path
 
 from config.errors import UsageError
 from daemon.cli.connection import add_json_option
-from daemon.cli.logs.each_log import add_logs, folder_of
+from daemon.cli.logs.each_log import add_logs, folder_of, say
 from daemon.cli.number_option import COUNT
 
 LOWEST = 19  # priority
@@ -49,7 +49,7 @@ def _report(arguments: argparse.Namespace) -> int:
     from daemon.reports.run_report import write_reports
 
     pages = write_reports(arguments.log, None if arguments.run is None else [arguments.run], not arguments.no_simulation, _tell)
-    print(json.dumps({"log": str(arguments.log), "pages": [str(page) for page in pages]}) if arguments.json else "\n".join(map(str, pages)))
+    say(arguments, {"log": arguments.log, "pages": pages}, "\n".join(map(str, pages)))
     return 0
 
 

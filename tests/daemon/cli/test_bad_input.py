@@ -77,6 +77,26 @@ def test_refusals_are_json_for_scripts(tmp_path: Path, capsys: pytest.CaptureFix
     assert "gian" in error["text"]
 
 
+def test_every_problem_of_a_file_is_in_the_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = rig_file(tmp_path, "payload: 45 lb", "payload: 45 psi")
+    path.write_text(path.read_text().replace("payload: 45 lb", "payload: 45 psi"))
+    assert main(["check", str(path), "--json"]) == 1
+    problems = json.loads(capsys.readouterr().out)["error"]["problems"]
+    assert [problem["value"] for problem in problems] == ["'45 psi'", "'45 psi'"]
+
+
+def test_of_several_logs_the_json_is_one_array(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(log.read_bytes()[: log.stat().st_size * 2 // 3])
+    (tmp_path / "empty.mcap").write_bytes(b"")
+    assert main(["log", "info", str(tmp_path / "none.mcap"), str(log), "--json"]) == 3
+    refused, told = json.loads(capsys.readouterr().out)
+    assert (refused["error"]["class"], told["rig_name"]) == ("LogError", "ornl_testbed")
+    assert main(["log", "recover", "--all", str(tmp_path), "--json"]) == 3
+    repaired, refused = json.loads(capsys.readouterr().out)
+    assert (repaired["source"], refused["error"]["class"]) == (str(cut), "LogError")
+
+
 def test_no_daemon_says_how_to_start_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--socket", str(tmp_path / "none.sock"), "status"]) == 1
     said = capsys.readouterr().err
