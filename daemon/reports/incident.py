@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from config.errors import UsageError
+from config.errors import LogError, UsageError
 from daemon.checks.check_history import Change, CheckHistory, check_history
 from daemon.checks.past_checks import Moment, checks_at
 from recording.files.preceding import with_preceding
@@ -71,7 +71,7 @@ def faults_of(log: Log) -> list[Event]:
 
 
 def incident_of(log: Log, number: int = 1) -> Incident:
-    """Of fault `number`, counted from 1. UsageError where the log holds no such fault, LogError where it holds no rig file."""
+    """Of fault `number`, counted from 1. UsageError where the log holds no such fault, LogError where it holds none or no rig file."""
     fault = _fault(log, number)
     log = with_preceding(log, BEFORE_S)
     t = log.columns["t_s"]
@@ -97,8 +97,10 @@ def _fault(log: Log, number: int) -> Event:
     faults = faults_of(log)
     if 1 <= number <= len(faults):
         return faults[number - 1]
-    advice = f"{asked('info', log.path)} shows how each run ended."
-    raise UsageError("the log holds no such fault", value=number, limit=f"{len(faults)} faults", where=str(log.path), next_step=advice)
+    advice, where = f"{asked('info', log.path)} shows how each run ended.", str(log.path)
+    if not faults:
+        raise LogError("the log holds no fault", where=where, next_step=advice)
+    raise UsageError("the log holds no such fault", value=number, limit=f"1 to {len(faults)}", where=where, next_step=advice)
 
 
 def incident_page_of(log: Path, number: int) -> Path:

@@ -51,7 +51,7 @@ def assert_taken(typed: str, words: list[str]) -> None:
         ("why 'a b.mcap' --at 100", 2, "log info 'a b.mcap'"),
         ("log report 'a b.mcap' --run 5", 2, "log info 'a b.mcap'"),
         ("log diff 'a b.mcap' 'a b.mcap' --runs 2 1", 2, "log info 'a b.mcap'"),
-        ("log incident 'a b.mcap'", 2, "log info 'a b.mcap'"),
+        ("log incident 'a b.mcap'", 3, "log info 'a b.mcap'"),
         ("log info empty.mcap", 3, "runs ."),
         ("log info notes.mcap", 3, "runs ."),
         ("log check empty.mcap", 3, "runs ."),

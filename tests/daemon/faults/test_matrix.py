@@ -135,4 +135,4 @@ def test_the_command_prints_json_writes_a_page_and_fails_when_nothing_is_chosen(
     assert {"fault", "reaction", "time_to_safe_ms", "limit_ms", "ok"} <= set(row)
     assert row["time_to_safe_ms"]["median"] <= row["time_to_safe_ms"]["worst"] <= row["limit_ms"] == 20.0
     assert "--only 'rotary encoder jump'" in target.read_text()
-    assert main(["faults", "--where", "loop", "--only", "no such fault"]) == 1
+    assert main(["faults", "--where", "loop", "--only", "no such fault"]) == 2

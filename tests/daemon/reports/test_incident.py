@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from config.errors import UsageError
+from config.errors import LogError, UsageError
 from daemon.checks.check_history import check_history
 from daemon.cli.main import main
 from daemon.modes.mode_machine import OperatorAction
@@ -156,10 +156,12 @@ def test_the_time_before_the_fault_is_a_log_of_its_own(
     assert logs_in([faulty.parent]) == [faulty]
 
 
-def test_a_log_without_a_fault_is_refused(tmp_path: Path) -> None:
+def test_a_log_without_a_fault_is_refused_and_a_fault_that_there_is_not(tmp_path: Path, faulty: Path) -> None:
     session.recorded_run(tmp_path / "a.mcap")
-    with pytest.raises(UsageError, match="holds no such fault"):
+    with pytest.raises(LogError, match="holds no fault"):
         write_incidents(tmp_path / "a.mcap")
+    with pytest.raises(UsageError, match=r"holds no such fault: 9 \(limit: 1 to 1\)"):
+        write_incidents(faulty, 9)
 
 
 def test_the_recording_that_a_log_continues_is_looked_at_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
