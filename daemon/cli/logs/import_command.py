@@ -30,6 +30,7 @@ def _import(arguments: argparse.Namespace) -> int:
         return _suggest(arguments)
     from config.loading.load import load_rig
     from config.loading.shipped import find
+    from recording.files.recordings import log_name
     from recording.importing.ingest import ingest_parts
 
     if arguments.output is None:
@@ -37,7 +38,7 @@ def _import(arguments: argparse.Namespace) -> int:
         raise UsageError("no log was named", where="import", next_step=advice, mend=mend)
     chosen = find("maps", arguments.map) if arguments.map else None
     rig = load_rig(arguments.rig) if arguments.rig else None
-    reports = ingest_parts(arguments.table, chosen, arguments.output, rig, _spans(arguments))
+    reports = ingest_parts(arguments.table, chosen, log_name(arguments.output), rig, _spans(arguments))
     if arguments.json:
         print(json.dumps([dataclasses.asdict(report) for report in reports], default=str))
     else:

@@ -124,13 +124,14 @@ def _export(arguments: argparse.Namespace) -> int:
 
 
 def _recover(arguments: argparse.Namespace) -> int:
+    from recording.files.recordings import log_name
     from recording.files.recover import recover
 
     if arguments.all:
         return _recover_all(arguments)
     if arguments.log is None:
         raise UsageError("no log was named", where="log recover", next_step="Give LOG.mcap or --all DIRECTORY.", mend={"--all": "."})
-    report = recover(arguments.log, _beside(arguments, "-recovered.mcap"))
+    report = recover(arguments.log, log_name(_beside(arguments, "-recovered.mcap")))
     say(arguments, dataclasses.asdict(report), report.text())
     return 0
 

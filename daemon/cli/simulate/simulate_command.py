@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from daemon.cli.simulate.runs import SimulatedRun, Work
 
 
-LOG_ENDING = ".mcap"
-
-
 def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", help="rig file, or the name of a shipped rig")
     parser.add_argument("maneuver", help="maneuver file, or the name of a shipped maneuver")
@@ -91,6 +88,7 @@ def _works(arguments: argparse.Namespace, found: list[dict[str, str]]) -> list[W
     from config.loading.load import load_rig
     from daemon.cli.simulate.runs import Work
     from daemon.cli.simulate.sweep import assignment
+    from recording.files.recordings import log_name
 
     loaded = load_rig(arguments.rig)
     settings = dict(assignment(text) for text in arguments.set)
@@ -101,10 +99,7 @@ def _works(arguments: argparse.Namespace, found: list[dict[str, str]]) -> list[W
         "repeat": arguments.repeat,
         "approach": not arguments.from_here,
     }
-    out: Path = arguments.output
-    if out.suffix != LOG_ENDING:
-        what, mend = "a log has another ending", {"-o": str(out.with_suffix(LOG_ENDING))}
-        raise UsageError(what, value=out.suffix or out.name, limit=LOG_ENDING, where="-o", mend=mend)
+    out = log_name(arguments.output)
     names = [out] if len(found) == 1 else [out.with_name(f"{out.stem}-{k}{out.suffix}") for k in range(1, len(found) + 1)]
     there = next((name for name in names if name.exists()), None)
     if there:
