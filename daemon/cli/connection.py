@@ -74,7 +74,7 @@ def ask(arguments: argparse.Namespace, method: str, **params: Any) -> dict[str, 
 def ask_to_stop(arguments: argparse.Namespace, method: str, name: str) -> dict[str, Any]:
     """A request that somebody beside a moving arm waits for: when nobody answers soon, what is left to do is said at once."""
     try:
-        with OperatorClient(socket_path(arguments.socket), si=arguments.json, timeout_s=STOP_PATIENCE_S) as client:
+        with OperatorClient(daemon_socket(arguments), si=arguments.json, timeout_s=STOP_PATIENCE_S) as client:
             return client.call(method)
     except DaemonError as error:
         if error.__cause__ is None:  # the daemon's own refusal

@@ -59,8 +59,9 @@ def test_only_a_command_that_asked_the_daemon_says_that_it_goes_on(
     monkeypatch.setattr("daemon.cli.connection.OperatorClient", raising_client)
     assert main(["version"]) == command_line.EXIT_INTERRUPTED
     assert capsys.readouterr().err == "interrupted\n"
-    assert main(["status"]) == command_line.EXIT_INTERRUPTED
-    assert "the daemon goes on" in capsys.readouterr().err
+    for name in ("status", "stop"):
+        assert main([name]) == command_line.EXIT_INTERRUPTED
+        assert "the daemon goes on" in capsys.readouterr().err
 
 
 def raising_client(*_: object, **__: object) -> None:
