@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
+OIL_C = (-20.0, 90.0)  # as of a plant's initial_temperature
+FIRST = "22 degC"
+
+
 def warm_up_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
     parser.add_argument("--hours", type=finite(0.5, 24, "h"), help="of the schedule (default: all five)")
-    parser.add_argument("--start", default="22 degC", help="of everything at first (default %(default)s)")
+    parser.add_argument("--start", default=FIRST, help="of everything at first (default %(default)s)")
     moments_help = "when to identify and to move, e.g. '0, 2.5, 5' (default: start, middle, end)"
     parser.add_argument("--moments", type=several(finite(0, 24, "h")), metavar="HOURS", help=moments_help)
     parser.add_argument("--maneuver", default="paper_line", help="the move, with the adaptive filter on both joints (default paper_line)")
@@ -33,7 +37,7 @@ def warm_up_options(parser: argparse.ArgumentParser) -> None:
 def oil_table_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", nargs="?", default="ornl_testbed", metavar="RIG", help="a rig file or the name of a shipped one")
     parser.add_argument("--joint", default="prismatic", help="(default prismatic)")
-    oil, usual = several(finite(-20, 90, "degC")), "20, 30, 40, 50, 60, 70"
+    oil, usual = several(finite(*OIL_C, "degC")), "20, 30, 40, 50, 60, 70"
     parser.add_argument("--temperatures", type=oil, default=usual, metavar="LIST", help="degC (default %(default)s)")
     add_json_option(parser)
     parser.set_defaults(run_command=_oil_table)
@@ -41,13 +45,12 @@ def oil_table_options(parser: argparse.ArgumentParser) -> None:
 
 def _warm_up(arguments: argparse.Namespace) -> int:
     from config.loading.load import load_rig
-    from config.units import to_si
     from daemon.cli.shown.rich_console import console
     from tuning.oil.warm_up_plot import warm_up_plot
     from tuning.oil.warm_up_study import warm_up_study
 
     hours, moments = _schedule(arguments)
-    rig, start_C = load_rig(arguments.rig).rig, to_si(arguments.start, "degC")
+    rig, start_C = load_rig(arguments.rig).rig, _start_C(arguments.start)
     seconds = [3600.0 * moment for moment in moments]
     study = warm_up_study(rig, seconds, arguments.maneuver, hours, start_C, progress_lines(arguments.json))
     if arguments.output:
@@ -73,6 +76,16 @@ def _schedule(arguments: argparse.Namespace) -> tuple[float, list[float]]:
         what, without, limit = "a moment lies outside the schedule", {"--moments": None}, f"0 to {hours:g}"
         raise ConfigError(what, value=outside, limit=limit, unit="h", where="--moments", mend=without)
     return hours, moments
+
+
+def _start_C(text: str) -> float:
+    from config.units import to_si
+
+    start_C, (low, high) = to_si(text, "degC"), OIL_C
+    if not low <= start_C <= high:
+        limit = f"{low:g} to {high:g} degC"
+        raise ConfigError("the oil cannot be that warm or cold", value=text, limit=limit, where="--start", mend={"--start": FIRST})
+    return start_C
 
 
 def _oil_table(arguments: argparse.Namespace) -> int:

@@ -55,6 +55,7 @@ def test_a_table_is_a_change_of_the_rig_file(capsys: pytest.CaptureFixture[str])
     ("words", "text"),
     [
         (("warm-up", "--moments", "0, 9"), "outside the schedule"),
+        (("warm-up", "--start", "300 degC"), "(limit: -20 to 90 degC)"),
         (("oil-table", "--joint", "elbow"), "unknown joint"),
     ],
 )
