@@ -177,10 +177,12 @@ class _Search:
         self._accept(c, others, self._about_one(c, found))
 
     def _about_one(self, c: int, times: Sequence[Numbers]) -> _Rungs:
-        """The same sizes with δ at the windows' geometric mean, where the prior of s wants it."""
-        size = int(np.clip(self._at.sizes[c] + np.rint(np.mean(np.concatenate([t[:, c] for t in times]))), *self._sizes))
-        for t in times:
-            t[:, c] += self._at.sizes[c] - size
+        """The same sizes with δ at the geometric mean of the windows that measure the channel, where the prior of s wants it."""
+        measured = [log.there[..., c].any(axis=1) for log in self._logs]
+        mean = np.mean(np.concatenate([t[own, c] for t, own in zip(times, measured, strict=True)]))
+        size = int(np.clip(self._at.sizes[c] + np.rint(mean), *self._sizes))
+        for t, own in zip(times, measured, strict=True):
+            t[own, c] += self._at.sizes[c] - size
         return replace(self._at.moved(c, size, int(self._at.memories[c])), times=tuple(times))
 
     def _try(self, c: int, others: Sequence[Array], size: int, memory: int) -> bool:
