@@ -10,6 +10,8 @@ from collections.abc import Callable
 from math import inf, isfinite
 from typing import TypeVar
 
+LONGEST_PAUSE_S = 3600.0
+
 
 def finite(low: float = -inf, high: float = inf, unit: str = "") -> Callable[[str], float]:
     """An argparse type: a finite number from `low` to `high`."""
@@ -24,6 +26,13 @@ def finite(low: float = -inf, high: float = inf, unit: str = "") -> Callable[[st
         return _within(value, low, high, text, unit)
 
     return read
+
+
+def pause_s(text: str) -> float:
+    """An argparse type: a time of 0 or more, with its unit. UnitError for another unit."""
+    from config.units import to_si
+
+    return _within(to_si(text, "s"), 0.0, LONGEST_PAUSE_S, text, "s")
 
 
 def several(each: Callable[[str], float]) -> Callable[[str], list[float]]:

@@ -70,8 +70,6 @@ def next_command(error: LongreachError, words: Sequence[str], arguments: argpars
     named = error.refusal.named_command()
     if named:
         return named
-    if isinstance(error, DaemonError) and isinstance(error.__cause__, OSError):
-        return _of_the_service(error)
     if isinstance(error, (DaemonError, DriverError)) and asks_daemon(arguments):
         return "longreach why"
     if isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
@@ -83,12 +81,6 @@ def next_command(error: LongreachError, words: Sequence[str], arguments: argpars
     if better != words:
         return shlex.join(["longreach", *better])
     return f"longreach {arguments.command} {getattr(arguments, 'verb', '')}".rstrip() + " --help"
-
-
-def _of_the_service(error: DaemonError) -> str:
-    """Nobody answers, and would not answer another command either."""
-    forbidden = isinstance(error.__cause__, PermissionError)
-    return f"ls -ld {shlex.quote(error.refusal.where)}" if forbidden else "systemctl status longreachd"
 
 
 def _as_meant(word: str, meant: re.Match[str]) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import socket
 from dataclasses import dataclass
 from os import PathLike
@@ -103,8 +104,8 @@ def no_answer(where: str, error: OSError) -> DaemonError:
     """What to say when the connection to the socket at `where` cannot be made, or breaks."""
     advice = {
         FileNotFoundError: "Start it: `longreachd ornl_testbed`, or your rig file, or `systemctl start longreachd`; or give --socket.",
-        ConnectionRefusedError: "The socket is left over from a daemon that ended; start `longreachd`.",
-        PermissionError: "Ask to be added to the daemon's group, then log in again.",
+        ConnectionRefusedError: "A daemon that ended has left the socket. Start one: `longreachd ornl_testbed`, or your rig file.",
+        PermissionError: f"`ls -ld {shlex.quote(where)}` names its group: ask to be added to it, then log in again.",
         TimeoutError: "See `systemctl status longreachd`.",
     }
     next_step = advice.get(type(error), "See the daemon's journal: `journalctl -u longreachd`.")

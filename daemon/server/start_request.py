@@ -124,8 +124,7 @@ def _with_parameters(text: str, name: str, parameters: Any) -> tuple[str, str]:
 def _assignment(item: Any) -> tuple[str, Any]:
     key, equals, value = item.partition("=") if isinstance(item, str) else ("", "", "")
     if not equals or not key.strip():
-        mend = {item: "y0=30 in"} if isinstance(item, str) else {}
-        raise DaemonError("a parameter is written KEY=VALUE", value=repr(item), next_step="Example: 'y0=30 in'.", mend=mend)
+        raise DaemonError("a parameter is written KEY=VALUE", value=repr(item), next_step="Example: 'y0=30 in'.")
     try:
         return key.strip(), yaml.safe_load(value)
     except yaml.YAMLError as error:

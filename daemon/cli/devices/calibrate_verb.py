@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.devices.words import of_rig
-from daemon.cli.number_option import COUNT
+from daemon.cli.number_option import COUNT, pause_s
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -32,7 +32,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("sensor", metavar="SENSOR", help="name of the signal, for example rotary.position")
     parser.add_argument("--at", action="append", required=True, metavar="VALUE[=COUNTS]", help='a known value: "0 mm", "200 mm=40012"')
     parser.add_argument("--readings", type=COUNT, default=100, help="readings at each value (default 100)")
-    parser.add_argument("--every", default="10 ms", metavar="TIME", help="pause between two readings (default 10 ms)")
+    parser.add_argument("--every", type=pause_s, default="10 ms", metavar="TIME", help="pause between two readings (default 10 ms)")
     parser.add_argument("--noise-limit", metavar="VALUE", help="largest standard deviation at a point (default 0.1 %% of the span)")
     parser.add_argument("--residual-limit", metavar="VALUE", help="largest distance from the line (default 0.5 %% of the span)")
     parser.add_argument("--reference-uncertainty", metavar="VALUE", help="standard uncertainty of the known values (default 0)")
@@ -151,9 +151,8 @@ def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float],
 def _readings(source: Any, channel: int, arguments: argparse.Namespace) -> list[float]:
     """As many as asked for. DriverError when the device gives none for that long."""
     from config.errors import DriverError
-    from config.units import to_si
 
-    every_s, missed = to_si(arguments.every, "s"), 0
+    missed = 0
     found: list[float] = []
     while len(found) < max(1, arguments.readings):
         value = source.read()[channel]
@@ -165,7 +164,7 @@ def _readings(source: Any, channel: int, arguments: argparse.Namespace) -> list[
             advice = "`longreach device watch` shows what it says."
             why = "; ".join(source.problems())
             raise DriverError("the device gives no readings", value=why, where=arguments.sensor, next_step=advice)
-        time.sleep(every_s)
+        time.sleep(arguments.every)
     return found
 
 

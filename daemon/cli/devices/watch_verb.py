@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from daemon.cli.connection import add_json_option
 from daemon.cli.devices.read_verb import shown
 from daemon.cli.devices.words import add_device
+from daemon.cli.number_option import pause_s
 
 if TYPE_CHECKING:
     from daemon.cli.devices.device_numbers import DeviceNumber, ReadDevice
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 def options(parser: argparse.ArgumentParser) -> None:
     parser.description = "Read a device again and again until Ctrl-C; statistics are in engineering units where the rig file has them."
     add_device(parser)
-    parser.add_argument("--every", default="0.1 s", metavar="TIME", help="pause between two readings (default 0.1 s)")
+    parser.add_argument("--every", type=pause_s, default="0.1 s", metavar="TIME", help="pause between two readings (default 0.1 s)")
     parser.add_argument("--for", dest="seconds", metavar="TIME", help="end after so long")
     add_json_option(parser)
     parser.set_defaults(run_command=run)
@@ -31,10 +32,9 @@ def run(arguments: argparse.Namespace) -> int:
     from config.units import to_si
     from daemon.cli.devices.device_numbers import device
 
-    every_s = to_si(arguments.every, "s")
     seconds = to_si(arguments.seconds, "s") if arguments.seconds else float("inf")
     with device(arguments) as found:
-        return _watch(found, every_s, time.monotonic() + seconds, as_json=arguments.json)
+        return _watch(found, arguments.every, time.monotonic() + seconds, as_json=arguments.json)
 
 
 def _watch(found: ReadDevice, every_s: float, end: float, *, as_json: bool) -> int:

@@ -43,6 +43,7 @@ from daemon.cli.main import main
         ("log incident a.mcap --fault 0", "(limit: at least 1)", "longreach log incident a.mcap --fault 1"),
         ("log diff a.mcap b.mcap --runs 1 0", "(limit: at least 1)", "longreach log diff a.mcap b.mcap --runs 1 1"),
         ("runs . --last -3", "(limit: at least 1)", "longreach runs . --last 1"),
+        ("device watch a b --every '-1 s'", "(limit: 0 to 3600 s)", "longreach device watch a b --every 0"),
         ("arm now", "longreach arm: 'now' is one word too many", "longreach arm --help"),
         ("gap find --rig a.yaml", "longreach gap find: the following arguments are required: --log", "longreach gap find --help"),
         ("log", "longreach log: the following arguments are required: VERB", "longreach log --help"),

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from config.errors import DaemonError, ManeuverError
-from daemon.server.protocol import MAX_LINE_BYTES, Client, encode, error_from, error_line, parse_request
+from daemon.server.protocol import MAX_LINE_BYTES, Client, encode, error_from, error_line, no_answer, parse_request
 from daemon.server.socket_server import answer, serve, serving
 
 JSON = st.recursive(
@@ -232,7 +232,7 @@ def test_no_daemon_says_how_to_start_one(tmp_path: Path) -> None:
     stale = socket.socket(socket.AF_UNIX)
     stale.bind(str(tmp_path / "stale"))
     stale.close()
-    with pytest.raises(DaemonError, match="left over"):
+    with pytest.raises(DaemonError, match="has left the socket"):
         Client(tmp_path / "stale")
 
 
@@ -284,3 +284,18 @@ def test_the_socket_is_for_the_user_and_the_group(tmp_path: Path) -> None:
 def test_a_group_nobody_has_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DaemonError, match="no-such-group"):
         asyncio.run(serve(tmp_path / "s", "no-such-group", METHODS))
+
+
+@pytest.mark.parametrize(
+    ("error", "command"),
+    [
+        (FileNotFoundError(2, "No such file or directory"), "longreachd ornl_testbed"),
+        (ConnectionRefusedError(111, "Connection refused"), "longreachd ornl_testbed"),
+        (PermissionError(13, "Permission denied"), "ls -ld '/run/a b/longreach.sock'"),
+        (TimeoutError(110, "timed out"), "systemctl status longreachd"),
+        (ConnectionResetError(104, "reset"), "journalctl -u longreachd"),
+    ],
+    ids=lambda given: type(given).__name__ if isinstance(given, OSError) else "",
+)
+def test_where_nobody_answers_the_next_command_is_not_one_that_asks_again(error: OSError, command: str) -> None:
+    assert no_answer("/run/a b/longreach.sock", error).refusal.named_command() == command
