@@ -32,10 +32,11 @@ from servo_control.shapers.shaper_choice import KINDS
 
 STATIC = Path(__file__).parent / "static"
 MOST_VIEWS = 16  # browser windows
-ESTOP = "estop"
-ESTOP_LIMIT_S = 5.0
+AT_ONCE = ("estop", "stop", "disarm")  # what a window asks for past its other requests
+AT_ONCE_LIMIT_S = 5.0
 TOKEN_LIMIT_S = 5.0  # for a window to say who it is
-REFUSED_CODE = 4401  # of a WebSocket that is closed for want of a token
+REFUSED_CODE = 4401  # of a WebSocket that is closed for want of a token …
+FULL_CODE = 4429  # … or since enough others look
 
 Answer = Callable[[Request], Awaitable[Any]]
 
@@ -48,6 +49,7 @@ class Page:
         self._feed = Feed(socket)
         self._planning, self._runs = Planning(socket), Runs(socket)
         self._views = 0
+        self._asking: set[asyncio.Task[None]] = set()  # goes on when its window leaves
 
     def application(self) -> ASGIApp:
         routes = Starlette(
@@ -121,7 +123,10 @@ class Page:
 
     async def _live(self, window: WebSocket) -> None:
         """Live data for one window, from the moment it has sent the token."""
-        if not await self._admitted(window, self._views < MOST_VIEWS):
+        if not await self._admitted(window, True):
+            return
+        if self._views >= MOST_VIEWS:
+            await window.close(FULL_CODE)
             return
         self._views += 1
         try:
@@ -160,12 +165,17 @@ class Page:
                 task.result()
 
     async def _listen(self, window: WebSocket) -> None:
-        """Until the window leaves. It can ask for an e-stop here too: a browser sends six other requests at a time at most, and an e-stop
-        must not stand in that line."""
+        """Until the window leaves. It can ask for an e-stop or a stop here too: a browser sends six other requests at a time at most, and
+        these must not stand in that line, nor one behind the other."""
         while (message := await window.receive())["type"] != "websocket.disconnect":
-            if message.get("text") == ESTOP and self._guard.control:
-                with suppress(LongreachError):  # the same request over HTTP says why
-                    await ask_once(self._socket, ESTOP, {}, ESTOP_LIMIT_S)
+            if message.get("text") in AT_ONCE and self._guard.control:
+                asking = asyncio.create_task(self._ask_at_once(message["text"]))
+                self._asking.add(asking)
+                asking.add_done_callback(self._asking.discard)
+
+    async def _ask_at_once(self, method: str) -> None:
+        with suppress(LongreachError):  # the same request over HTTP says why
+            await ask_once(self._socket, method, {}, AT_ONCE_LIMIT_S)
 
     async def _knows_token(self, window: WebSocket) -> bool:
         with suppress(RequestError, TimeoutError, WebSocketDisconnect, KeyError):

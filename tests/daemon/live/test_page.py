@@ -94,7 +94,37 @@ def test_the_e_stop_is_the_first_stop_of_the_keyboard_has_a_name_and_stays_where
         assert client.call("status")["fault"]["text"] == "e-stop was asked for"
 
 
-def test_the_e_stop_does_not_stand_in_line_behind_other_requests(opened: Any, daemon: RunningDaemon) -> None:
+def test_a_second_finger_stops_the_arm_while_the_first_one_drives_it(opened: Any, daemon: RunningDaemon) -> None:
+    """A browser makes no click of it."""
+    from selenium.webdriver.common.by import By
+
+    def touch(kind: str, *places: tuple[float, float]) -> None:
+        points = [{"x": x, "y": y, "id": number} for number, (x, y) in enumerate(places)]
+        opened.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def middle(element: Any) -> tuple[float, float]:
+        box = opened.execute_script(
+            "const b = arguments[0].getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]", element
+        )
+        return box[0], box[1]
+
+    opened.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True, "maxTouchPoints": 2})
+    with_arm(opened)
+    click(opened, "drive")
+    shows(opened, lambda: text(opened, "mode") == "running" and opened.find_elements(By.CSS_SELECTOR, "#pads button"))
+    pad = next(each for each in opened.find_elements(By.CSS_SELECTOR, "#pads button") if each.text == "+ rotary")
+    opened.execute_script("arguments[0].scrollIntoView({block: 'end'})", pad)
+    held, stop = middle(pad), middle(opened.find_element(By.ID, "estop"))
+    touch("touchStart", held)
+    touch("touchStart", held, stop)
+    shows(opened, lambda: text(opened, "mode") == "fault")
+    touch("touchEnd")
+    with Client(daemon.socket) as client:
+        assert client.call("status")["fault"]["text"] == "e-stop was asked for"
+
+
+@pytest.mark.parametrize(("button", "mode"), [("estop", "fault"), ("stop", "holding"), ("disarm", "disarmed")])
+def test_what_stops_does_not_stand_in_line_behind_other_requests(opened: Any, daemon: RunningDaemon, button: str, mode: str) -> None:
     """A browser has six connections to a server; `wait` for a run that goes on holds each of them."""
     with_arm(opened)
     with Client(daemon.socket) as client:
@@ -103,8 +133,8 @@ def test_the_e_stop_does_not_stand_in_line_behind_other_requests(opened: Any, da
     headers = "{Authorization: 'Bearer ' + sessionStorage.getItem('token'), 'Content-Type': 'application/json'}"
     opened.execute_script(f"for (let k = 0; k < 12; k++) fetch('/api/request', {{method: 'POST', headers: {headers}, body: {waiting}}})")
     shows(opened, lambda: text(opened, "mode") == "running")
-    opened.execute_script("estop.click()")
-    shows(opened, lambda: text(opened, "mode") == "fault")
+    opened.execute_script("document.getElementById(arguments[0]).click()", button)
+    shows(opened, lambda: text(opened, "mode") == mode)
 
 
 def test_a_run_is_planned_started_watched_and_stopped_by_key(opened: Any, daemon: RunningDaemon) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from daemon.live.page.application import MOST_VIEWS
 from daemon.server.protocol import Client
 from tests.support.daemon.running_daemon import RunningDaemon, until
 from tests.support.live.page_server import TOKEN, PageServer
@@ -35,6 +37,20 @@ def test_live_data_only_with_the_token_and_from_the_page(looking: PageServer) ->
             window.recv(timeout=20)
     with pytest.raises(Exception, match="403"), connect(address, additional_headers={"Origin": "http://evil.example"}):
         pass
+
+
+def test_one_window_too_many_is_told_that_and_not_that_its_token_is_wrong(looking: PageServer) -> None:
+    with ExitStack() as windows:
+        for _ in range(MOST_VIEWS):
+            window = windows.enter_context(connect(f"ws://127.0.0.1:{looking.port}/live"))
+            window.send(TOKEN)
+            window.recv(timeout=20)
+        last = windows.enter_context(connect(f"ws://127.0.0.1:{looking.port}/live"))
+        last.send(TOKEN)
+        with pytest.raises(ConnectionClosed) as closed:
+            last.recv(timeout=20)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 4429
 
 
 def drive_address(page: PageServer) -> str:

@@ -10,6 +10,7 @@ import { showChecks, showEvents, showJoints, showStatus } from "./tables.js";
 
 const AGAIN_MS = 1000;
 const STALE_MS = 1500; // without a new cycle
+const CLOSED = { 4401: "the token is missing or wrong. Open the address that `longreach ui` prints.", 4429: "too many windows look already. Close one." };
 const byId = (id) => document.getElementById(id);
 
 function keptToken() {
@@ -23,15 +24,19 @@ function keptToken() {
 
 const token = keptToken();
 
-/** The answer of the page's server; throws an Error with the refusal's words. */
-export async function ask(path, content) {
+/** The answer of the page's server; throws an Error with the refusal's words, or when none has come for `limit_ms`: what hangs on the way
+ *  is taken back, since its sender no longer waits for it. */
+export async function ask(path, content, limit_ms) {
   const options = { headers: { Authorization: `Bearer ${token}` } };
   if (content !== undefined) {
     options.method = "POST";
     options.headers["Content-Type"] = "application/json";
     options.body = JSON.stringify(content);
   }
-  const response = await fetch(path, options);
+  if (limit_ms) options.signal = AbortSignal.timeout(limit_ms);
+  const response = await fetch(path, options).catch((error) => {
+    throw new Error(error.name === "TimeoutError" ? `no answer within ${limit_ms / 1000} s` : error.message);
+  });
   const answer = await response.json();
   if (answer.error) throw new Error(inWords(answer.error));
   return answer;
@@ -45,7 +50,7 @@ function inWords(error) {
 }
 
 const view = { rig: null, history: null, arm: null, plots: null, events: [], lastCycleMs: 0, lost: "connecting" };
-const control = new Control(ask, () => view.socket?.readyState === WebSocket.OPEN && view.socket.send("estop"));
+const control = new Control(ask, (method) => view.socket?.readyState === WebSocket.OPEN && view.socket.send(method), () => drive.release());
 const runs = new Runs(ask);
 const drive = new Drive(token, inWords);
 const maneuver = new Maneuver(ask, (plan) => view.arm?.showPath(plan.path));
@@ -73,6 +78,7 @@ function take(content) {
   if (content.samples && view.history) {
     view.history.add(content.samples);
     view.lastCycleMs = performance.now();
+    noteDelay();
   }
   if (content.status) {
     showStatus(content.status);
@@ -85,22 +91,31 @@ function take(content) {
   if (content.events) showEvents((view.events = [...view.events, ...content.events].slice(-5000)), content.events);
 }
 
+/** How much later than the quickest one a cycle came: only differences of the two clocks count, which may be any. */
+function noteDelay() {
+  const delayMs = Date.now() - 1000 * view.history.newestUnix_s;
+  view.leastDelayMs = Math.min(view.leastDelayMs ?? delayMs, delayMs);
+  view.behindMs = delayMs - view.leastDelayMs;
+}
+
 function connect() {
   const socket = new WebSocket(`ws://${location.host}/live`);
   view.socket = socket;
   socket.onopen = () => socket.send(token);
   socket.onmessage = (message) => take(JSON.parse(message.data));
   socket.onclose = (closed) => {
-    view.lost = closed.code === 4401 ? "the token is missing or wrong. Open the address that `longreach ui` prints." : "the page's server does not answer. See `longreach ui`.";
+    view.lost = CLOSED[closed.code] ?? "the page's server does not answer. See `longreach ui`.";
     if (closed.code !== 4401) setTimeout(connect, AGAIN_MS);
   };
 }
 
 function showLost() {
-  const silent = performance.now() - view.lastCycleMs > STALE_MS;
+  const late = view.behindMs > STALE_MS && !view.rig?.played;
+  const silent = late || performance.now() - view.lastCycleMs > STALE_MS;
   document.body.classList.toggle("stale", silent);
   byId("lost").hidden = !silent;
   if (silent && view.rig?.played && !view.lost) byId("lost").textContent = "The log has ended.";
+  else if (late) byId("lost").textContent = `What you see is ${(view.behindMs / 1000).toFixed(1)} s old: the connection is too slow.\nTo stop: the e-stop of the rig.`;
   else if (silent) byId("lost").textContent = `No live data: ${view.lost || "the loop makes no new cycle"}\nTo stop: longreach estop in a terminal, or the e-stop of the rig.`;
 }
 
@@ -108,7 +123,7 @@ function draw() {
   if (view.history?.fresh && !document.hidden) {
     view.history.fresh = false;
     view.arm.draw(view.history);
-    if (view.plots.draw()) byId("behind").textContent = `${Math.max(0, Math.round(Date.now() - 1000 * view.history.newestUnix_s))} ms behind`;
+    if (view.plots.draw()) byId("behind").textContent = `${Math.round(view.behindMs)} ms behind`;
   }
   requestAnimationFrame(draw);
 }

@@ -69,7 +69,7 @@ export class Arm {
 
   #drawPlane(history) {
     const [angle, extension] = [history.si("rotary.position"), history.si("prismatic.position")];
-    if (angle === null || extension === null) return;
+    if (this.#lost(angle === null || extension === null)) return;
     const bend = history.si("tip.deflection_m") ?? 0;
     const link = Array.from({ length: POINTS }, (_, k) => k / (POINTS - 1)).map((s) => this.#at(angle, s * extension, bend * s * s * (1.5 - 0.5 * s)));
     this.parts.link.setAttribute("d", line(link));
@@ -92,13 +92,19 @@ export class Arm {
 
   #drawAxis(history) {
     const position = history.si(`${this.joint}.position`);
-    if (position === null) return;
+    if (this.#lost(position === null)) return;
     const linear = this.rig.joints[this.joint].motion === "linear";
     const place = (value) => (linear ? [value, 0] : [-Math.sin(value), Math.cos(value)]);
     this.parts.link.setAttribute("d", line([linear ? [this.rig.joints[this.joint].travel[0], 0] : [0, 0], place(position)]));
     this.#place("joint", linear ? [this.rig.joints[this.joint].travel[0], 0] : [0, 0]);
     this.#place("tip", place(position));
     this.#place("target", place(history.si(`${this.joint}.target`) ?? position));
+  }
+
+  /** Where the arm is not known the picture says so and stays where it was. */
+  #lost(unknown) {
+    this.parts.link.classList.toggle("lost", unknown);
+    return unknown;
   }
 
   #place(name, [x, y]) {

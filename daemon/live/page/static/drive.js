@@ -22,7 +22,7 @@ export class Drive {
     this.idle = { rate: {} };
     byId("drive-speed").replaceChildren(...SPEEDS.map((speed) => new Option(`${speed} %`, speed, speed === 10, speed === 10)));
     byId("drive").addEventListener("click", () => (this.socket ? this.#end() : this.#begin()));
-    for (const [target, name] of [[window, "blur"], [document, "visibilitychange"]]) target.addEventListener(name, () => this.#release());
+    for (const [target, name] of [[window, "blur"], [document, "visibilitychange"]]) target.addEventListener(name, () => this.release());
     setInterval(() => this.#send(), PERIOD_MS);
   }
 
@@ -75,20 +75,21 @@ export class Drive {
   }
 
   #end() {
-    this.#release();
+    this.release();
     if (!this.run) return this.#leave(); // it has not begun
     this.ending = true;
     this.#ask({ end: true });
   }
 
   #over() {
-    this.#release();
+    this.release();
     Object.assign(this, { socket: null, run: null, ending: false, owed: 0 });
     byId("drive").textContent = "Drive";
     byId("pads").replaceChildren();
   }
 
-  #release() {
+  /** Let go: the arm slows down. */
+  release() {
     this.held = null;
   }
 
@@ -108,12 +109,15 @@ export class Drive {
       pad.setPointerCapture(event.pointerId);
       this.held = wanted;
     });
+    pad.addEventListener("pointermove", (event) => {
+      if (!(event.buttons & 1)) this.release(); // another button of the mouse is still down
+    });
     pad.addEventListener("keydown", (event) => {
       if (event.key !== " " && event.key !== "Enter") return;
       event.preventDefault();
-      this.held = wanted;
+      if (!event.repeat) this.held = wanted; // a repeat is no press: what it began may have been let go
     });
-    for (const let_go of ["pointerup", "pointercancel", "lostpointercapture", "keyup", "blur"]) pad.addEventListener(let_go, () => this.#release());
+    for (const let_go of ["pointerup", "pointercancel", "lostpointercapture", "keyup", "blur"]) pad.addEventListener(let_go, () => this.release());
     pad.addEventListener("contextmenu", (event) => event.preventDefault());
     return pad;
   }

@@ -1,6 +1,7 @@
 // The form of a maneuver: its parameters, what it would do, and its start.
 import { showMessage } from "./control.js";
 
+const PLANNING_S = 8; // of a long program; a start that takes longer is taken back
 const SETTLE_S = 10; // wait at most so long until the arm is at rest, as `longreach start` does
 const byId = (id) => document.getElementById(id);
 
@@ -98,7 +99,7 @@ export class Maneuver {
     const params = this.#params();
     showMessage(`start of ${params.maneuver.name}: waiting until the arm is at rest, at most ${SETTLE_S} s`, true);
     try {
-      const run = await this.ask("/api/request", { method: "start", params: { ...params, settle_s: SETTLE_S } });
+      const run = await this.ask("/api/request", { method: "start", params: { ...params, settle_s: SETTLE_S } }, 1000 * (SETTLE_S + PLANNING_S));
       showMessage(`run ${run.run} starts in ${run.countdown_s.toFixed(0)} s and takes ${run.duration_s.toFixed(1)} s`, true, "running");
     } catch (error) {
       showMessage(error.message);
