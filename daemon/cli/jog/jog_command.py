@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from config.errors import DaemonError
 from config.readable import number
-from daemon.cli.connection import add_json_option, connect, show
+from daemon.cli.connection import add_json_option, ask_to_stop, connect, show
 from daemon.cli.jog.steering import DEAD_MAN_S, FIRST_SPEED, SteeredMotion, Steering, keys_of
 from daemon.cli.number_option import finite
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen, coloured
 
 if TYPE_CHECKING:
-    from daemon.cli.jog.keyboard import Keyboard
+    from daemon.cli.jog.keyboard import Key, Keyboard
     from daemon.server.protocol import Client
     from daemon.server.stated_values import Units
     from daemon.server.stream_client import Stream
 
 PERIOD_S = 0.02
 SCREEN_S = 0.1
-END_KEYS, ESTOP_KEY = ("q", "\x03", "\x04"), "e"
+END_KEYS, ESTOP_KEYS = ("q", "\x03", "\x04"), ("e", "E")
 RIG_FILTER = "rig"
 FILTERS = (RIG_FILTER, "none", "zv", "zvd", "ei", "two_hump_ei", "adaptive", "adaptive_zv")
 _EPILOG = f"""\
@@ -60,9 +62,34 @@ def _jog(arguments: argparse.Namespace) -> int:
         )
         with suppress(DaemonError):  # the run is over: why stands in its result
             driver.until_ended(keyboard)
-        result = stream.end()
+        result = _ended(arguments, stream, keyboard, driver.estop_asked)
     show(arguments, result, f"run {result['run']}: {result['validity']}" + (f", because {result['reason']}" if result["reason"] else ""))
     return 0 if result["validity"] == "valid" else 1
+
+
+def _ended(arguments: argparse.Namespace, stream: Stream, keyboard: Keyboard, estop_asked: bool) -> dict[str, Any]:
+    """How the run ended. The e-stop key works until the arm rests; over a connection of its own, since the other one waits."""
+    if estop_asked:
+        ask_to_stop(arguments, "estop", "e-stop")
+    with ThreadPoolExecutor(1) as waiting:
+        result = waiting.submit(stream.end)
+        while not result.done():
+            with suppress(EOFError):
+                if any(map(_is_estop, keyboard.keys(PERIOD_S))):
+                    _stop_now(arguments)
+        return result.result()
+
+
+def _stop_now(arguments: argparse.Namespace) -> None:
+    """A failure is told at once; the end of the run is still waited for."""
+    try:
+        ask_to_stop(arguments, "estop", "e-stop")
+    except DaemonError as error:
+        print(f"longreach: {error}", file=sys.stderr, flush=True)
+
+
+def _is_estop(key: Key) -> bool:
+    return key.name in ESTOP_KEYS and not key.released
 
 
 class _Driver:
@@ -71,17 +98,19 @@ class _Driver:
     def __init__(self, client: Client, stream: Stream, steering: Steering, units: Units) -> None:
         self._client, self._stream, self._steering, self._units = client, stream, steering, units
         self._shown_s = 0.0
+        self.estop_asked = False
 
     def until_ended(self, keyboard: Keyboard) -> None:
         """Until an end key or the e-stop. DaemonError when the daemon ends the run."""
         with LiveScreen() as screen:
             while True:
-                for key in keyboard.keys(PERIOD_S):
+                keys = keyboard.keys(PERIOD_S)
+                if any(map(_is_estop, keys)):  # before whatever came with it
+                    self.estop_asked = True
+                    return
+                for key in keys:
                     if key.released:
                         self._steering.release(key.name)
-                    elif key.name == ESTOP_KEY:
-                        self._client.call("estop")
-                        return
                     elif key.name in END_KEYS:
                         return
                     else:
@@ -113,7 +142,7 @@ class _Driver:
             coloured(f"run {run['run']}, filter {run['shaper']}: {state}", "yellow" if waits or motion.moves else "cyan"),
             f"{keys}   {others}",
             f"{100.0 * steering.speed:g} % of the limits: {', '.join(self._speeds(joints))}",
-            *(f"{name:10} {self._shown(name, joint['position'] or 0.0, joint['unit'])}" for name, joint in joints.items()),
+            *(f"{name:10} {self._shown(name, joint['position'], joint['unit'])}" for name, joint in joints.items()),
         ]
 
     def _speeds(self, joints: dict[str, Any]) -> list[str]:
@@ -121,6 +150,8 @@ class _Driver:
             return [f"tip {number(self._steering.tip_speed_mps)} m/s"]
         return [f"{name} {self._shown(name, rate, joints[name]['unit'])}/s" for name, rate in self._steering.rates.items()]
 
-    def _shown(self, joint: str, value: float, si_unit: str) -> str:
+    def _shown(self, joint: str, value: float | None, si_unit: str) -> str:
+        if value is None:
+            return "not known"
         unit, factor, _ = self._units.get(joint, (si_unit, 1.0, 0.0))
         return f"{number(factor * value)} {unit}"

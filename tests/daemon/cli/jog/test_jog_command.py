@@ -115,6 +115,13 @@ def test_e_is_the_e_stop(terminal: Terminal, client: Client) -> None:
     client.call("reset")
 
 
+def test_the_e_stop_key_counts_before_whatever_comes_with_it_and_as_a_capital(terminal: Terminal, client: Client) -> None:
+    terminal.press(b"qE")
+    until(lambda: client.call("status")["mode"] == "fault")
+    assert terminal.process.wait(30) == 1
+    client.call("reset")
+
+
 def test_a_jog_that_is_killed_leaves_an_arm_that_holds(terminal: Terminal, client: Client) -> None:
     hold(terminal, client, LEFT, "rotary", 0.03)
     terminal.process.kill()
