@@ -56,7 +56,7 @@ class LogMethods:
         self._catch_up(row)
         values = self._player.values(row)
         answer = self._view.status(values, float(self._log.columns["t_s"][row]), self._history)
-        return {**answer, "clock": "log", "log": {"path": str(self._log.path), "bytes": self._log.path.stat().st_size}}
+        return {**answer, "clock": "log", "estop": "unknown", "log": {"path": str(self._log.path), "bytes": self._log.path.stat().st_size}}
 
     async def checks(self, params: dict[str, Any]) -> dict[str, Any]:
         """Those of a moment at most CHECKS_EVERY_S ago; `ok` is None for what no log can tell."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -16,6 +17,7 @@ from daemon.live.source.pending import Content
 
 MODE_STYLES = {"holding": "cyan", "running": "green", "fault": "bold red", "arming": "yellow", "stopping": "yellow", "proving": "yellow"}
 LEVEL_STYLES = {"warning": "yellow", "error": "red", "fault": "bold red"}
+STALE_S = 1.5  # without a new cycle
 SPARK = "▁▂▃▄▅▆▇█"
 SPARK_WIDTH = 16
 SAMPLES_A_STEP = 10  # a step of a spark line: a fifth of a second
@@ -32,6 +34,8 @@ class Glance:
     def __init__(self) -> None:
         self._known: Content = {"lost": "connecting"}
         self._row: list[float | None] = []
+        self._came_s = 0.0  # when the newest row came
+        self._played = ""  # the log, where the rig is none that moves
         self._signals: dict[str, dict[str, Any]] = {}
         self._at: dict[str, int] = {}
         self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_KEPT)
@@ -43,13 +47,14 @@ class Glance:
         self._known.update(content)
         self._events.extend(content.get("events", ()))
         for row in content.get("samples", ()):
-            self._row = row
+            self._row, self._came_s = row, time.monotonic()
             for joint, errors in self._errors.items():
                 error = row[self._at[f"{joint}.following_error"]]
                 errors.append(0.0 if error is None else abs(error))
 
     def _begin(self, rig: dict[str, Any]) -> None:
         self._row = []
+        self._played = str(rig.get("played") or "")
         self._events.clear()
         self._signals = {signal["name"]: signal for signal in rig["signals"]}
         self._at = {signal["name"]: 1 + index for index, signal in enumerate(rig["signals"])}
@@ -58,22 +63,32 @@ class Glance:
     def lines(self, height: int) -> RenderableType:
         """For a terminal of so many lines; what does not fit are the oldest events."""
         parts: list[Text | Table] = [self._head(), *self._loop()]
-        if self._known["lost"]:
-            parts.append(Text(f"NO LIVE DATA: {self._known['lost']}", "bold red"))
+        if lost := self._lost():
+            parts.append(Text(f"NO LIVE DATA: {lost}", "bold red"))
         if self._row:
             parts += [self._table("joint", _OF_A_JOINT, self._spark, "error, 3 s"), self._table("oil", _OF_OIL), self._tip()]
         parts += self._checks()
         left = height - sum(part.row_count + 1 if isinstance(part, Table) else 1 for part in parts) - 1
         newest = list(self._events)[-max(0, left) :] if left > 0 else []
         parts += [_clipped(f"{each['t_s']:9.3f} s  {each['text']}", LEVEL_STYLES.get(each["level"], "dim")) for each in newest]
-        return Group(*parts, _clipped("q: leave   stop: longreach stop   e-stop: longreach estop", "dim"))
+        stops = "" if self._played else "   stop: longreach stop   e-stop: longreach estop"
+        return Group(*parts, _clipped(f"q: leave{stops}", "dim"))
+
+    def _lost(self) -> str:
+        """Why what is shown is not what is now; nothing while it is."""
+        if self._known["lost"] or not self._row or time.monotonic() - self._came_s <= STALE_S:
+            return str(self._known["lost"])
+        return "the log has ended" if self._played else "the loop makes no new cycle"
 
     def _head(self) -> Text:
         status = self._known.get("status")
         if status is None:
             return Text("longreach top", "bold")
         mode = status["mode"]
-        text = Text.assemble((status["rig"], "bold"), "  ", (mode.upper(), MODE_STYLES.get(mode, "bold")), f"  e-stop {status['estop']}  ")
+        played = ((f"PLAYED from {self._played}, not the rig", "bold black on yellow"), "  ") if self._played else ()
+        text = Text.assemble(
+            *played, (status["rig"], "bold"), "  ", (mode.upper(), MODE_STYLES.get(mode, "bold")), f"  e-stop {status['estop']}  "
+        )
         text.append(f"fault: {status['fault']['text']}" if status["fault"] else _run_line(status["run"]))
         return _one_line(text)
 
