@@ -16,6 +16,7 @@ from servo_control.signals import Mode
 from servo_control.streaming.any_plan import AnyPlan
 
 NOT_HOLDING = "not holding"
+ASKED_FOR = "was asked for"  # by an operator
 ARMING_S = 0.25  # checks must pass this long before the arm holds
 _ARMED = (Mode.ARMING, Mode.HOLDING, Mode.RUNNING, Mode.STOPPING)
 LONGEST_STOP_S = 5.0  # of a controlled stop; after it the outputs are made safe
@@ -198,4 +199,4 @@ class ModeKeeper:
 
 def _asked(action: OperatorAction) -> str:
     name = "e-stop" if action is OperatorAction.ESTOP else action.name.lower()
-    return f"{name} was asked for"
+    return f"{name} {ASKED_FOR}"

@@ -11,6 +11,7 @@ import numpy as np
 from config.errors import LogError, UsageError
 from daemon.checks.check_history import Change, CheckHistory, check_history
 from daemon.checks.past_checks import Moment, checks_at
+from daemon.modes.mode_keeper import ASKED_FOR
 from recording.files.preceding import with_preceding
 from recording.files.reader import Log
 from recording.files.recordings import asked
@@ -84,7 +85,7 @@ def incident_of(log: Log, number: int = 1) -> Incident:
         log=log,
         fault=fault,
         row=row,
-        first=_first(history, row),
+        first=None if fault.text.endswith(ASKED_FOR) else _first(history, row),
         moment=checks_at(log, float(t[row])),
         history=history,
         steps=tuple(sorted(_steps(history, span), key=lambda step: step.t_s)),

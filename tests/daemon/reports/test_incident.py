@@ -19,6 +19,7 @@ from daemon.reports.incident_page import write_incidents
 from recording.evaluation.replay import reexecute
 from recording.files.catalogue import logs_in
 from recording.files.reader import Log, read_log
+from servo_control.signals import Mode
 from tests.support.daemon.rigs import JOG, simple_rig
 from tests.support.recording import session
 from tests.support.static_page import opened, outside_links
@@ -82,6 +83,20 @@ def test_the_history_ends_as_the_moment_says(log: Log, incident: Incident) -> No
     np.testing.assert_array_equal(
         history.numbers["rotary.supply_pressure limit"], log.columns["rotary.supply_pressure_Pa"][: incident.row + 1]
     )
+
+
+def test_what_failed_long_before_an_e_stop_is_not_its_cause(tmp_path: Path) -> None:
+    """A holding arm whose pump is off goes on holding; that somebody then stops it is not the pump's doing."""
+    with simple_rig(tmp_path) as (rig, device):
+        rig.arm()
+        device.override["rotary.supply_pressure"] = 9e6
+        rig.cycles(1500)
+        assert rig.mode is Mode.HOLDING
+        rig.post(OperatorAction.ESTOP)
+        rig.cycles(2100)
+    found = incident_of(read_log(rig.recorder.finished[-1]))
+    assert found.first is None
+    assert found.cause == "e-stop was asked for"
 
 
 def test_an_e_stop_has_no_failed_check_and_is_a_command(tmp_path: Path) -> None:
