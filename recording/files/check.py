@@ -60,7 +60,8 @@ def check_log(path: str | Path, rig: Rig | None = None) -> CheckReport:
 def _whole(log: Log) -> LogFinding:
     if log.complete:
         return LogFinding("whole", "ok", "closed in order, every checksum is right")
-    return LogFinding("whole", "warning" if "recovered" in log.metadata else "error", log.cut_text)
+    repaired = "recovered" in log.metadata and not log.damage.sentences
+    return LogFinding("whole", "warning" if repaired else "error", log.cut_text)
 
 
 def _attachments(log: Log) -> LogFinding:

@@ -47,7 +47,7 @@ def recover(path: str | Path, out: str | Path) -> RecoverReport:
     """
     source, target = Path(path), Path(out)
     log = read_log(source)
-    if log.complete or "recovered" in log.metadata:
+    if log.complete or ("recovered" in log.metadata and not log.damage.sentences):
         return _report(log, None)
     if target.exists():
         advice, mend = "Choose another name; logs are never written over.", {"-o": str(free_name(target))}

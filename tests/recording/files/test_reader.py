@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from config.errors import LogError, UsageError
+from recording.files.check import check_log
 from recording.files.reader import Log, open_rig, read_log
 from recording.files.recover import recover
 from recording.files.writer import LogWriter
@@ -240,6 +241,20 @@ def test_a_recovered_log_needs_no_second_repair(whole: Whole, tmp_path: Path) ->
     (tmp_path / "cut.mcap").write_bytes(whole.content[:-100])
     recover(tmp_path / "cut.mcap", tmp_path / "a.mcap")
     assert recover(tmp_path / "a.mcap", tmp_path / "b.mcap").written is None
+
+
+def test_a_recovered_log_that_was_damaged_since_is_repaired_again(whole: Whole, tmp_path: Path) -> None:
+    (tmp_path / "cut.mcap").write_bytes(whole.content[:-100])
+    recover(tmp_path / "cut.mcap", tmp_path / "a.mcap")
+    content = bytearray((tmp_path / "a.mcap").read_bytes())
+    content[content.index(ZSTD_FRAME, content.index(ZSTD_FRAME) + 4) + 2000] ^= 0xFF
+    (tmp_path / "a.mcap").write_bytes(bytes(content))
+    report = recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
+    assert report.written == tmp_path / "b.mcap"
+    assert 0 < report.cycles == read_log(report.written).cycles < 300
+    assert "a chunk" in report.text()
+    assert next(each.grade for each in check_log(tmp_path / "a.mcap").findings if each.name == "whole") == "error"
+    assert next(each.grade for each in check_log(tmp_path / "b.mcap").findings if each.name == "whole") == "warning"
 
 
 def test_recover_does_not_write_over_a_file(whole: Whole, tmp_path: Path) -> None:
