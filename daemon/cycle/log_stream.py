@@ -8,6 +8,7 @@ from enum import IntEnum
 from typing import Any, Protocol
 
 from recording.format.event import Event, encode_event
+from recording.format.fields import FIRST_CYCLE
 from recording.format.layout import CycleLayout
 from recording.format.set_point import StampedSetPoint, encode_set_point
 from servo_control.signals import SetPoint
@@ -63,10 +64,11 @@ class LogStream:
         return self._recorder.dropped - self._dropped_before if self.recording else 0
 
     def open(self, controller_state: Mapping[str, Any], facts: Mapping[str, str]) -> None:
-        """Begin a recording with the controller's state before its first row."""
+        """Begin a recording with the controller's state before its first row, which is that of the cycle under way. Its number goes with
+        it: where the first rows are lost, the state is not that before the first row there is."""
         self._dropped_before = self._recorder.dropped
         self.recording = True
-        content = {"controller_state": controller_state, "facts": dict(facts)}
+        content = {"controller_state": controller_state, "facts": {FIRST_CYCLE: str(self.cycle_number), **facts}}
         self._recorder.write(RecordKind.OPEN, self.now_ns, json.dumps(content).encode())
 
     def cycle(self, values: list[float]) -> None:

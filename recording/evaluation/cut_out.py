@@ -16,6 +16,7 @@ from recording.files.preceding import preceding
 from recording.files.reader import Log
 from recording.files.scan import Attached, Entries, Message
 from recording.files.writer import LogWriter
+from recording.format.fields import FIRST_CYCLE
 
 STATE = "controller_state.json"
 _OF_THE_WHOLE = (STATE, "timing_passport.json")
@@ -34,7 +35,7 @@ def cut_out(log: Log, start_t_s: float, end_t_s: float, out: Path) -> bool:
     runs = {int(n) for part in parts for n in np.unique(part.columns["maneuver"][spans[part.path]])}
     state = _state(parts[0], spans[parts[0].path].start)
     with replaced_when_done(out) as temporary:
-        writer = LogWriter(temporary, log.layout, state, {"recording": log.metadata["recording"]}, _stamp(parts[0], spans))
+        writer = LogWriter(temporary, log.layout, state, {"recording": _about(log, parts[0], spans)}, _stamp(parts[0], spans))
         for part in parts:
             _copy(part, spans[part.path], runs, part is log, writer)
         writer.close({"ended_by": f"cut out of {log.path.name}"})
@@ -45,6 +46,11 @@ def _rows(log: Log, start_t_s: float, end_t_s: float) -> slice:
     """Both ends are in it."""
     first, last = (int(np.argmin(np.abs(log.columns["t_s"] - moment))) for moment in (start_t_s, end_t_s))
     return slice(first, last + 1)
+
+
+def _about(log: Log, first: Log, spans: Mapping[Path, slice]) -> dict[str, str]:
+    """What the log says of itself, with the first cycle of the part."""
+    return log.metadata["recording"] | {FIRST_CYCLE: str(first.columns["cycle"][spans[first.path].start])}
 
 
 def _stamp(log: Log, spans: Mapping[Path, slice]) -> int:

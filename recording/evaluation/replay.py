@@ -24,7 +24,7 @@ from config.loading.load import changed_rig
 from config.schema.rig import Rig
 from recording.files.reader import Log, read_log
 from recording.files.recordings import asked
-from recording.format.fields import CONTROLLER_FIELDS, TIP_CORRECTION, field_of_signal
+from recording.format.fields import CONTROLLER_FIELDS, FIRST_CYCLE, TIP_CORRECTION, field_of_signal
 from servo_control.controller import Controller
 from servo_control.planning.run_request import RunRequest
 from servo_control.servo.oil_compensation import temperature_signals
@@ -115,8 +115,7 @@ def _rig(log: Log, overrides: Sequence[str]) -> Rig:
 
 
 def _lacks(log: Log, name: str) -> LogError:
-    advice = f"{asked('check', log.path)} says what is in it."
-    return LogError(f"the log lacks {name}, which re-execution needs", where=str(log.path), next_step=advice)
+    return LogError(f"the log lacks {name}, which re-execution needs", where=str(log.path), next_step=_says_more(log))
 
 
 def _contiguous(log: Log) -> tuple[int, str]:
@@ -156,6 +155,7 @@ def _run(log: Log, rig: Rig, end: int) -> dict[str, Values]:
 
 def _steps(controller: Controller, log: Log, rig: Rig, end: int) -> Iterator[Outputs]:
     """The controller through the first `end` rows, from its state before them."""
+    _require_first_cycle(log)
     _restore(controller, log)
     prepared = 0
     for inputs in _inputs(log, rig, end):
@@ -163,6 +163,21 @@ def _steps(controller: Controller, log: Log, rig: Rig, end: int) -> Iterator[Out
             controller.prepare(plan_any(rig, _request(log, inputs.run)))
             prepared = inputs.run
         yield controller.step(inputs)
+
+
+def _require_first_cycle(log: Log) -> None:
+    """The controller's state in the log is that before this cycle. Logs of earlier versions do not name it."""
+    if not log.cycles:
+        raise LogError("the log holds no cycle to re-execute", where=str(log.path), next_step=_says_more(log))
+    first, begun = int(log.columns["cycle"][0]), log.metadata.get("recording", {}).get(FIRST_CYCLE)
+    if begun is not None and str(first) != begun:
+        what = "the log lacks its first cycles, and the controller's state is only known before these"
+        value, advice = f"it begins with cycle {first}", _says_more(log)
+        raise LogError(what, value=value, limit=f"cycle {begun}", where=str(log.path), next_step=advice)
+
+
+def _says_more(log: Log) -> str:
+    return f"{asked('check', log.path)} says what is in it."
 
 
 def _restore(controller: Controller, log: Log) -> None:

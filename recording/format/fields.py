@@ -75,6 +75,7 @@ _RIG_SIGNALS = {"reservoir_temperature": "reservoir_temperature_C"}
 # What Controller.step computes for the tip and for a joint: the columns that re-execution compares bit for bit.
 TIP_CORRECTION = "tip.correction_rad"
 CONTROLLER_FIELDS = ("target", "target_rate", "reference", "reference_rate", "velocity", "command_V")
+FIRST_CYCLE = "first_cycle"  # entry of the metadata `recording`: the cycle before which the controller's state in the log is
 
 
 def joint_fields(joint: str, motion: str, second: bool) -> list[Field]:

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from config.errors import ConfigError, LogError
-from recording.evaluation.replay import reexecute
+from recording.evaluation.replay import controller_state_before, reexecute
 from recording.files.reader import read_log
 from recording.files.writer import LogWriter
 from recording.importing.ingest import ingest
 from servo_control.signals import Mode
+from tests.support.daemon.rigs import simple_rig
 from tests.support.recording import logs, session
 
 
@@ -155,6 +156,28 @@ def test_a_log_that_lacks_something_is_refused(whole: Path, tmp_path: Path, name
     with pytest.raises(LogError) as caught:
         reexecute(path)
     assert f"a.mcap: the log lacks {name}, which re-execution needs. `longreach log check {path}` says" in str(caught.value)
+
+
+def test_no_cycle_is_not_bit_identical(whole: Path, tmp_path: Path) -> None:
+    with pytest.raises(LogError) as caught:
+        reexecute(rewritten(whole, tmp_path / "a.mcap", {}, drop=range(read_log(whole).cycles)))
+    assert "a.mcap: the log holds no cycle to re-execute. `longreach log check " in str(caught.value)
+
+
+def test_a_log_whose_first_cycles_are_lost_is_refused(tmp_path: Path) -> None:
+    """The state in it is that before the cycles that are lost."""
+    with simple_rig(tmp_path) as (rig, _):
+        rig.arm()
+        rig.cycles(50)
+    path = rig.recorder.finished[-1]
+    first = int(read_log(path).columns["cycle"][0])
+    assert reexecute(path).identical
+    lost = rewritten(path, tmp_path / "a.mcap", {}, drop=range(7))
+    with pytest.raises(LogError) as caught:
+        reexecute(lost)
+    assert f"it begins with cycle {first + 7} (limit: cycle {first})" in str(caught.value)
+    with pytest.raises(LogError, match="lacks its first cycles"):
+        controller_state_before(read_log(lost), 3)
 
 
 def test_imported_data_cannot_be_re_executed(tmp_path: Path) -> None:
