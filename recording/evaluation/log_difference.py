@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from config.errors import LogError, LongreachError
+from config.errors import LongreachError
 from config.parsing.yaml_tree import parse
-from recording.evaluation.chosen_signals import DEVICE_ENDINGS, ChosenSignal, column_conversions, in_unit
+from recording.evaluation.aligned_signals import NotCompared, aligned_signals, common_time
+from recording.evaluation.chosen_signals import ChosenSignal
 from recording.evaluation.panels import Line, Panel
-from recording.evaluation.program_start import plan_of, program_start_s
 from recording.evaluation.vibration import HoldVibration, hold_vibration
-from recording.files.info import run_facts, run_of
+from recording.files.info import run_facts
 from recording.files.reader import Log
-from recording.files.recordings import asked
-from recording.format.fields import CYCLE_FIELDS
 
 FACTS = ("rig_name", "clock", "seed", "rate_Hz", "software_version", "software_commit", "host_name")
 PANELS = 6  # of the picture
-_LOOP = {entry.name for entry in CYCLE_FIELDS}
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +57,7 @@ class LogDifference:
     overlap_s: float
     changed: tuple[ChangedValue, ...]
     signals: tuple[SignalDifference, ...]
+    not_compared: NotCompared
     vibration: dict[str, tuple[float | None, float | None]]
     pairs: dict[str, tuple[ChosenSignal, ChosenSignal]] = field(repr=False)
 
@@ -70,15 +65,23 @@ class LogDifference:
         lines = [f"run {self.runs[0]} of A beside run {self.runs[1]} of B, {self.overlap_s:.3f} s in common"]
         lines += [f"  {each.text()}" for each in self.changed] or ["  rig file, maneuver and filter are the same"]
         lines += [f"  {move}: vibration {_number(a)} → {_number(b)} m/s²" for move, (a, b) in self.vibration.items()]
+        lines += [f"  {line}" for line in self.not_compared.lines()]
         moved = [each for each in self.signals if each.largest > 0.0]
         if not moved:
-            return "\n".join([*lines, "  every signal is the same to the last bit"])
+            return "\n".join([*lines, f"  {self._none_differs()}"])
         head = f"  {'signal':32}{'unit':10}{'rms B - A':>12}{'largest':>12}{'at / s':>9}{'share of A':>12}"
         rows = (
             f"  {s.name:32}{s.unit:10}{s.rms:12.4g}{s.largest:12.4g}{s.at_s:9.3f}{'' if np.isnan(s.share) else f'{s.share:.1%}':>12}"
             for s in moved
         )
         return "\n".join([*lines, head, *rows])
+
+    def _none_differs(self) -> str:
+        if not self.signals:
+            return "nothing was compared: in no row of a common time do both logs have numbers of a signal"
+        if self.not_compared:
+            return "what was compared is the same to the last bit"
+        return "every signal is the same to the last bit"
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -90,6 +93,7 @@ class LogDifference:
                 {"name": s.name, "unit": s.unit, "rms": s.rms, "largest": s.largest, "at_s": s.at_s,
                  "share": None if np.isnan(s.share) else s.share} for s in self.signals
             ],
+            "not_compared": asdict(self.not_compared),
         }  # fmt: skip
 
     def panels(self) -> list[Panel]:
@@ -105,46 +109,18 @@ class LogDifference:
 def difference(a: Log, b: Log, runs: tuple[int, int] | None = None, si: bool = False) -> LogDifference:
     """Of one run each (default: the first), or from the first cycle on where a log has none. Values in the units of A's rig file.
 
-    B is put on A's cycles by straight lines between its own. LogError for a run that a log does not have.
+    LogError for a run that a log does not have.
     """
     chosen = runs or (_first_run(a), _first_run(b))
-    pairs = dict(_pairs(a, b, chosen, si))
-    overlap_s = max((float(pair[0].t_s[-1] - pair[0].t_s[0]) for pair in pairs.values()), default=0.0)
+    common = common_time(a, b, chosen)
+    pairs, left = aligned_signals(a, b, common, si)
     changed = (*_facts(a, b), *_rig(a, b), *_requests(a, b, chosen))
-    return LogDifference(chosen, overlap_s, changed, tuple(_compared(*pair) for pair in pairs.values()), _vibration(a, b, chosen), pairs)
+    signals = tuple(_compared(*pair) for pair in pairs.values())
+    return LogDifference(chosen, common.length_s, changed, signals, left, _vibration(a, b, chosen), pairs)
 
 
 def _first_run(log: Log) -> int:
     return next((run.number for run in run_facts(log)), 0)
-
-
-def _span(log: Log, run: int) -> tuple[float, float, float]:
-    """Start, end, and where the program begins."""
-    t = log.columns["t_s"]
-    if not len(t):
-        raise LogError("the log holds no cycle", where=str(log.path), next_step=f"{asked('check', log.path)} says what is in it.")
-    if run == 0:
-        return float(t[0]), float(t[-1]), float(t[0])
-    found = run_of(log, run)
-    return found.start_t_s, found.start_t_s + found.duration_s, program_start_s(log, run, plan_of(log, run))
-
-
-def _pairs(a: Log, b: Log, runs: tuple[int, int], si: bool) -> Iterator[tuple[str, tuple[ChosenSignal, ChosenSignal]]]:
-    """Both logs' signals over the time since their program began that both have, on A's cycles."""
-    (start_a, end_a, zero_a), (start_b, end_b, zero_b) = _span(a, runs[0]), _span(b, runs[1])
-    first_s, last_s = max(start_a - zero_a, start_b - zero_b), min(end_a - zero_a, end_b - zero_b)
-    units = {} if si else column_conversions(a)
-    for name in a.columns:
-        if name in _LOOP or name.endswith(DEVICE_ENDINGS) or name not in b.columns:
-            continue
-        mine, other = in_unit(a, name, slice(None), units), in_unit(b, name, slice(None), units)
-        time = mine.t_s - zero_a
-        rows = (time >= first_s - 1e-9) & (time <= last_s + 1e-9) & np.isfinite(mine.values)
-        there = np.isfinite(other.values)
-        if not rows.any() or not there.any():
-            continue
-        on_a = np.interp(time[rows], other.t_s[there] - zero_b, other.values[there])
-        yield name, (ChosenSignal(name, mine.unit, time[rows], mine.values[rows]), ChosenSignal(name, mine.unit, time[rows], on_a))
 
 
 def _compared(a: ChosenSignal, b: ChosenSignal) -> SignalDifference:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,40 @@ def test_a_log_does_not_differ_from_itself(logs: tuple[Log, Log]) -> None:
     assert {each.largest for each in found.signals} == {0.0}
     assert found.panels() == []
     assert "the same to the last bit" in found.text()
+
+
+def test_what_could_not_be_compared_is_listed_and_not_called_the_same(logs: tuple[Log, Log]) -> None:
+    """A signal of one log alone, rows that are NaN in B, and cycles that B lost."""
+    log, nan_in_b = logs[0], slice(1000, 1007)
+    columns = {name: values.copy() for name, values in log.columns.items() if name != "prismatic.velocity"}
+    columns["rotary.supply_pressure_Pa"][:] = np.nan
+    columns["rotary.position"][nan_in_b] = np.nan
+    kept = np.r_[:2000, 2005 : log.cycles]
+    other = replace(log, columns={name: values[kept] for name, values in columns.items()}, time_ns=log.time_ns[kept])
+    found = difference(log, other)
+    assert found.not_compared.only_a == ("rotary.supply_pressure_Pa", "prismatic.velocity")
+    assert found.not_compared.rows == {"rotary.position": 7}
+    assert found.not_compared.cycles == (0, 5)
+    assert {each.largest for each in found.signals} == {0.0}
+    assert found.text().splitlines()[-4:] == [
+        "  only in A: rotary.supply_pressure_Pa, prismatic.velocity",
+        "  not compared: 5 cycles that B lost",
+        "  not compared: rotary.position in 7 rows, NaN in one log",
+        "  what was compared is the same to the last bit",
+    ]
+    assert difference(other, log).not_compared.only_b == ("rotary.supply_pressure_Pa", "prismatic.velocity")
+    assert found.as_dict()["not_compared"]["rows"] == {"rotary.position": 7}
+
+
+def test_logs_without_a_number_in_common_are_not_the_same(logs: tuple[Log, Log]) -> None:
+    log = logs[0]
+    exact = {name for name, values in log.columns.items() if values.dtype != np.float64 or name == "t_s"}
+    empty = {name: values if name in exact else np.full(log.cycles, np.nan) for name, values in log.columns.items()}
+    assert (
+        difference(log, replace(log, columns=empty))
+        .text()
+        .endswith("nothing was compared: in no row of a common time do both logs have numbers of a signal")
+    )
 
 
 def test_the_filter_and_the_tip_differ_by_what_was_put_in(logs: tuple[Log, Log]) -> None:
