@@ -78,4 +78,4 @@ def _copy(log: Log, rows: slice, runs: set[int], is_last: bool, writer: LogWrite
             return content.name in requests
         return is_last and content.name not in _OF_THE_WHOLE
 
-    copy_records(log.path, writer, log.layout, keep)
+    copy_records(log, writer, keep)

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from config.errors import LogError
-from recording.files.reader import log_bytes
-from recording.files.scan import Attached, Damage, Entries, Message, Topic, scan
+from recording.files.reader import Log, log_bytes
+from recording.files.scan import Attached, Damage, Entries, Message, scan
 from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC, SET_POINT_TOPIC, LogWriter
 from recording.format.event import decode_event
-from recording.format.layout import RecordLayout
 
 Keep = Callable[[Message | Attached | Entries], bool]
 
 
-def copy_records(source: Path, writer: LogWriter, layout: RecordLayout, keep: Keep) -> None:
+def copy_records(log: Log, writer: LogWriter, keep: Keep) -> None:
     """Of messages, attachments and metadata those that `keep` wants. What cannot be decoded is left out, as `read_log` does."""
-    topics: dict[int, str] = {}
-    for content in scan(log_bytes(source), Damage()):
-        if isinstance(content, Topic):
-            topics[content.channel_id] = content.name
-        elif not isinstance(content, (Message, Attached, Entries)) or not keep(content):
+    for content in scan(log_bytes(log.path), Damage()):
+        if not isinstance(content, (Message, Attached, Entries)) or not keep(content):
             continue
-        elif isinstance(content, Entries):
+        if isinstance(content, Entries):
             writer.metadata(content.name, content.entries)
         elif isinstance(content, Attached):
             writer.attach(content.log_time_ns, content.name, content.media_type, content.data)
         else:
-            _copy_message(writer, topics.get(content.channel_id, ""), content, layout.struct.size)
+            _copy_message(writer, log.topics.get(content.channel_id, ""), content, log.layout.struct.size)
 
 
 def _copy_message(writer: LogWriter, topic: str, message: Message, size: int) -> None:

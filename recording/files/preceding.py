@@ -35,6 +35,7 @@ def with_preceding(log: Log, seconds: float) -> Log:
         complete=log.complete,
         cut_text=log.cut_text,
         damage=log.damage,
+        topics=log.topics,
         set_points=[stamped for stamped in before.set_points if stamped.t_s >= first_t_s] + log.set_points,
     )
 

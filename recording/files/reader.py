@@ -29,7 +29,8 @@ class Log:
     """One recording. `columns` are named and typed as in the record (`rotary.command_V`), one entry a cycle.
 
     `time_ns` is each cycle's deadline on the wall clock (Unix ns). `complete` is true for a recording that was closed in order and
-    is undamaged; otherwise `cut_text` says in a sentence what is missing. `set_points`: of runs that were driven by hand.
+    is undamaged; otherwise `cut_text` says in a sentence what is missing. `topics`: by the number of their channel in the file.
+    `set_points`: of runs that were driven by hand.
     """
 
     path: Path
@@ -42,6 +43,7 @@ class Log:
     complete: bool
     cut_text: str
     damage: Damage
+    topics: dict[int, str]
     set_points: list[StampedSetPoint] = field(default_factory=list)
 
     @property
@@ -87,6 +89,7 @@ def read_log(path: str | Path) -> Log:
         complete=complete,
         cut_text=cut_text,
         damage=damage,
+        topics=gathered.topics,
         set_points=gathered.set_points,
     )
 
@@ -118,9 +121,8 @@ class _Gathered:
 
     layout: RecordLayout | None = None
     schemas: dict[int, SchemaText] = field(default_factory=dict)
-    cycle_channel: int = -1
-    event_channel: int = -1
-    set_point_channel: int = -1
+    topics: dict[int, str] = field(default_factory=dict)
+    early: dict[int, list[Message]] = field(default_factory=dict)  # messages whose topic is not known yet, by channel
     payloads: list[bytes] = field(default_factory=list)
     times: list[int] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
@@ -142,37 +144,48 @@ class _Gathered:
             self.metadata[content.name] = content.entries
 
     def _take_message(self, message: Message) -> None:
-        if message.channel_id == self.cycle_channel and self.layout is not None:
+        topic = self.topics.get(message.channel_id)
+        if topic is None:
+            self.early.setdefault(message.channel_id, []).append(message)
+        elif topic == CYCLE_TOPIC and self.layout is not None:
             if len(message.data) == self.layout.struct.size:
                 self.payloads.append(message.data)
                 self.times.append(message.log_time_ns)
             else:
                 self.problems.append(f"a cycle record has {len(message.data)} bytes instead of {self.layout.struct.size}")
-        elif message.channel_id in (self.event_channel, self.set_point_channel):
+        elif topic in (EVENT_TOPIC, SET_POINT_TOPIC):
             try:
-                self._decode(message)
+                self._decode(topic, message)
             except LogError as error:
                 self.problems.append(str(error))
 
-    def _decode(self, message: Message) -> None:
-        if message.channel_id == self.event_channel:
+    def _decode(self, topic: str, message: Message) -> None:
+        if topic == EVENT_TOPIC:
             self.events.append(decode_event(message.data))
         else:
             self.set_points.append(decode_set_point(message.data))
 
     def _take_topic(self, topic: Topic) -> None:
-        schema = self.schemas.get(topic.schema_id)
-        if topic.name == EVENT_TOPIC:
-            self.event_channel = topic.channel_id
-        elif topic.name == SET_POINT_TOPIC:
-            self.set_point_channel = topic.channel_id
-        if topic.name != CYCLE_TOPIC or schema is None or self.layout is not None:
+        is_cycle = topic.name == CYCLE_TOPIC
+        if topic.channel_id in self.topics or (is_cycle and topic.schema_id not in self.schemas):
             return
+        self.topics[topic.channel_id] = topic.name if not is_cycle or self._take_layout(self.schemas[topic.schema_id]) else ""
+        for message in self.early.pop(topic.channel_id, []):
+            self._take_message(message)
+
+    def _take_layout(self, schema: SchemaText) -> bool:
+        """Whether these are our records. A second channel of that name is none of ours."""
+        if self.layout is not None:
+            return False
         try:
             self.layout = RecordLayout.from_schema(schema.text, schema.name)
-            self.cycle_channel = topic.channel_id
         except LogError as error:
             self.problems.append(str(error))
+        return self.layout is not None
+
+    @property
+    def of_unknown_topics(self) -> int:
+        return sum(map(len, self.early.values()))
 
 
 def _columns(payloads: list[bytes], layout: RecordLayout) -> dict[str, Column]:
@@ -187,7 +200,9 @@ def _cut_text(damage: Damage, columns: dict[str, Column], metadata: dict[str, di
     if not len(columns["t_s"]):
         return f"The log was cut before its first cycle: {'; '.join(damage.sentences)}."
     where = f"The log was cut at t = {columns['t_s'][-1]:.3f} s, after cycle {columns['cycle'][-1]}"
-    return f"{where}: {'; '.join(damage.sentences)}. Everything before is here; `longreach log recover` makes a whole file of it."
+    dropped = damage.dropped_chunks
+    kept = f"{dropped} chunk{'s' * (dropped > 1)} of records left out, the rest is here" if dropped else "Everything before is here"
+    return f"{where}: {'; '.join(damage.sentences)}. {kept}; `longreach log recover` makes a whole file of it."
 
 
 def _not_a_log(path: Path, head: bytes) -> LogError:
@@ -205,6 +220,10 @@ def _others(path: Path) -> str:
 
 
 def _without_cycles(path: Path, damage: Damage, gathered: _Gathered) -> LogError:
+    if gathered.of_unknown_topics and damage.sentences:
+        what = "the part of the log that says what its messages hold is damaged"
+        value, advice = damage.sentences[0], f"Its {gathered.of_unknown_topics} messages need another copy of the file. {_others(path)}"
+        return LogError(what, value=value, where=str(path), next_step=advice)
     if damage.closed:
         what, advice = (
             "this MCAP file was not written by longreach: it has no /cycle records",

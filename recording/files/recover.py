@@ -29,6 +29,7 @@ class RecoverReport:
     end_t_s: float
     missing_cycles: int
     lost_bytes: int
+    dropped_chunks: int
     sentences: tuple[str, ...]
 
     def text(self) -> str:
@@ -37,7 +38,8 @@ class RecoverReport:
         kept = f"{self.written}: {self.cycles} cycles and {self.events} events kept, up to t = {self.end_t_s:.3f} s."
         lost = f"Lost: {self.lost_bytes} bytes of unfinished records at the end (at most the last {CRASH_WINDOW_S:.2f} s before the cut)"
         inside = f", and {self.missing_cycles} cycles before that" if self.missing_cycles else ""
-        return f"{kept} {lost}{inside}. Found: {'; '.join(self.sentences) or 'the recording had not been closed'}."
+        chunks = f", and {self.dropped_chunks} damaged chunk{'s' * (self.dropped_chunks > 1)} of records" if self.dropped_chunks else ""
+        return f"{kept} {lost}{inside}{chunks}. Found: {'; '.join(self.sentences) or 'the recording had not been closed'}."
 
 
 def recover(path: str | Path, out: str | Path) -> RecoverReport:
@@ -71,11 +73,12 @@ def _report(log: Log, written: Path | None) -> RecoverReport:
     missing = int(np.sum(np.diff(cycle) - 1)) if len(cycle) > 1 else 0
     end = float(log.columns["t_s"][-1]) if log.cycles else float("nan")
     lost = log.path.stat().st_size - log.damage.end_byte
-    return RecoverReport(log.path, written, log.cycles, len(log.events), end, missing, lost, tuple(log.damage.sentences))
+    events, damage = len(log.events), log.damage
+    return RecoverReport(log.path, written, log.cycles, events, end, missing, lost, damage.dropped_chunks, tuple(damage.sentences))
 
 
 def _copy(log: Log, temporary: Path, report: RecoverReport) -> None:
     writer = LogWriter(temporary, log.layout, {}, {})
-    copy_records(log.path, writer, log.layout, lambda content: not (isinstance(content, Entries) and content.name == "closing"))
+    copy_records(log, writer, lambda content: not (isinstance(content, Entries) and content.name == "closing"))
     writer.metadata("recovered", {"from": log.path.name, "what": report.text(), "lost_bytes": str(report.lost_bytes)})
     writer.close(log.metadata.get("closing", {}) | {"complete": "false"})

@@ -73,6 +73,7 @@ class Damage:
     sentences: list[str] = field(default_factory=list)
     end_byte: int = 0
     closed: bool = False  # the end mark of the file was reached
+    dropped_chunks: int = 0  # of records that were left out
 
 
 class _BadRecordError(Exception):
@@ -80,13 +81,17 @@ class _BadRecordError(Exception):
 
 
 def scan(data: bytes | memoryview, damage: Damage) -> Iterator[Content]:
-    """Contents of the file in order, messages taken out of their chunks. `damage` is filled on the way. Never raises."""
+    """Contents of the file in order, messages taken out of their chunks. `damage` is filled on the way. Never raises.
+
+    Schemas and topics stand before their messages and, in a closed file, again at its end: there alone where their chunk is damaged.
+    """
     view = memoryview(data)
     for opcode, start, end in _records(view, damage):
         try:
             yield from _contents(opcode, view[start:end], view[: start - _RECORD_HEAD.size])
         except _BadRecordError as error:
             damage.sentences.append(f"{error} at byte {start - _RECORD_HEAD.size}; it was left out")
+            damage.dropped_chunks += opcode == Opcode.CHUNK
 
 
 def _records(view: memoryview, damage: Damage) -> Iterator[tuple[int, int, int]]:

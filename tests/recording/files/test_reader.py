@@ -141,6 +141,34 @@ def test_a_damaged_chunk_costs_only_its_own_rows(whole: Whole, tmp_path: Path) -
     assert "it was left out" in log.cut_text
 
 
+def first_chunk_damaged(content: bytes) -> bytes:
+    """A byte of the chunk in which the topics and their schemas stand before their messages."""
+    flipped = bytearray(content)
+    flipped[content.index(ZSTD_FRAME) + 2000] ^= 0xFF
+    return bytes(flipped)
+
+
+def test_the_first_chunk_costs_only_its_own_rows_where_the_log_was_closed(whole: Whole, tmp_path: Path) -> None:
+    """Topics and schemas stand in it alone, and again at the end of a closed log."""
+    (tmp_path / "a.mcap").write_bytes(first_chunk_damaged(whole.content))
+    log = read_log(tmp_path / "a.mcap")
+    assert_rows(log, whole.table[50:])
+    assert [event.cycle for event in log.events] == [50, 150, 250]
+    assert "1 chunk of records left out, the rest is here; `longreach log recover`" in log.cut_text
+    report = recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
+    assert report.dropped_chunks == 1
+    assert ", and 1 damaged chunk of records. Found: " in report.text()
+    mended = read_log(tmp_path / "b.mcap")
+    assert_rows(mended, whole.table[50:])
+    assert (mended.events, mended.damage.sentences) == (log.events, [])
+
+
+def test_a_damaged_first_chunk_of_a_cut_log_is_named(whole: Whole, tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").write_bytes(first_chunk_damaged(whole.content)[: len(whole.content) // 2])
+    with pytest.raises(LogError, match=r"the part of the log that says what its messages hold is damaged: a chunk .* need another copy"):
+        read_log(tmp_path / "a.mcap")
+
+
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [
