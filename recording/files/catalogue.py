@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
 
 from recording.files.info import RunFacts, run_facts, why_invalid
 from recording.files.reader import log_bytes, read_log
 from recording.files.recordings import recordings
+from recording.files.scan import BAD_INDEX
 from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC
 from recording.format.event import Event, decode_event
 
@@ -56,7 +55,7 @@ def recorded(path: Path) -> Recorded:
             reader = make_reader(file)
             if reader.get_summary() is not None:
                 return _from_end(path, reader)
-    except (McapError, OSError, ValueError, struct.error):
+    except BAD_INDEX:
         pass  # no index that can be trusted: read it whole
     return _from_rows(path)
 

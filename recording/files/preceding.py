@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from config.errors import LogError
 from recording.files.reader import Log, read_log
 from recording.files.recordings import recordings
+from recording.files.scan import BAD_INDEX
 
 JOIN_S = 1.0  # a recording that ended longer before is another one; the cycles decide
 
@@ -69,6 +69,6 @@ def _end_ns(path: Path) -> int:
     try:
         with path.open("rb") as file:
             summary = make_reader(file).get_summary()
-    except (McapError, OSError):
+    except BAD_INDEX:
         return 0
     return int(summary.statistics.message_end_time) if summary is not None and summary.statistics is not None else 0

@@ -16,6 +16,7 @@ import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 from mcap import records as mcap_records
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -23,6 +24,8 @@ _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")  # start, end, uncompressed size, crc, length of the compression's name
 _MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _LARGEST_CHUNK_BYTES = 1 << 30
+BAD_INDEX = (McapError, OSError, ValueError, LookupError, ArithmeticError, MemoryError, struct.error, zstandard.ZstdError)
+"""What the MCAP library's own reader, which starts from the index at the end, raises for a damaged file."""
 _PRIVATE_OPCODES = 0x80  # records of other programs, to be stepped over
 
 

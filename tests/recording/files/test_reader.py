@@ -11,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from config.errors import LogError, UsageError
+from recording.files.catalogue import recorded
 from recording.files.check import check_log
+from recording.files.preceding import preceding
 from recording.files.reader import Log, open_rig, read_log
 from recording.files.recover import recover
 from recording.files.writer import LogWriter
@@ -116,6 +118,23 @@ def test_any_altered_byte_is_noticed(whole: Whole, tmp_path_factory: pytest.Temp
     assert not log.complete
     kept = [table[int(cycle)] for cycle in log.columns["cycle"]]
     assert_rows(log, kept)
+
+
+def test_a_folder_with_damaged_logs_is_read_all_the_same(whole: Whole, tmp_path: Path) -> None:
+    """Bytes of the part that the MCAP library reads first, and of the chunks before it: none of its errors gets out."""
+    logs.write(tmp_path / "b.mcap", 1)
+    log = read_log(tmp_path / "b.mcap")
+    log.time_ns[0] = logs.START_NS + 300_000_000
+    end_of_data = whole.content.rindex(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00")
+    for at in (*range(end_of_data, len(whole.content), 61), *range(whole.content.index(ZSTD_FRAME), end_of_data, 12_007)):
+        flipped = bytearray(whole.content)
+        flipped[at] ^= 0xA5
+        (tmp_path / "a.mcap").write_bytes(bytes(flipped))
+        assert preceding(log) is None
+        try:
+            assert recorded(tmp_path / "a.mcap").rig_name in ("bench", "")
+        except LogError:
+            continue
 
 
 @pytest.mark.parametrize("tail", [b"\x00" * 8192, b"\xff" * 8192, b"\x06" + b"\xff" * 100])
