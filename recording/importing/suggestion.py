@@ -16,7 +16,7 @@ from recording.importing.table import SourceTable
 
 # Words of people who name columns, English and German, by the field of the log they mean; the first that fits counts.
 _WORDS: tuple[tuple[str, str], ...] = (
-    ("t_s", "time t ts timestamp zeit sample clock"),
+    ("t_s", "time t ts timestamp zeit sample clock elapsed"),
     ("pressure_a_Pa", "pa p1 p_a pressurea piston chambera porta drucka druck1 kolbenseite kammera"),
     ("pressure_b_Pa", "pb p2 p_b pressureb annulus rodside chamberb portb druckb druck2 stangenseite kammerb"),
     ("supply_pressure_Pa", "ps psupply supply pump pp versorgungsdruck systemdruck pumpendruck druckp pumpe"),
@@ -24,12 +24,15 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ("supply_temperature_C", "temperature temp oil temperatur oltemperatur oeltemperatur"),
     ("reference", "ref reference setpoint desired demand soll sollwert sollweg"),
     ("command_V", "u command cmd valve voltage volt input spool drive xv ventil ventilspannung spannung stellgrosse"),
-    ("velocity", "velocity speed v rate omega geschwindigkeit"),
+    ("velocity", "velocity vel speed v rate omega geschwindigkeit"),
     ("position", "position pos x y q angle theta stroke displacement extension length ist istweg weg kolbenweg hub winkel"),
 )
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_ ]((?:k|M|m|u)?(?:s|m|V|Pa|bar|psi|rad|deg|in|ft|degC|C|mrad))(?:$)", re.IGNORECASE)
+# `vel_mm_s`, `acc_mps2`; but `time_in_s` is no inches per second
+_RATE = re.compile(r"[_ ]([mck]?m|in(?=_?p|/)|ft|deg|m?rad|[kM]?Pa|bar|psi|V)(?:_?per_?|p|[_/])s(?:ec)?(?:\^?(2))?$", re.IGNORECASE)
 _RENAMED = {"C": "degC", "°C": "degC", "°": "deg", "sec": "s", "grad": "deg"}
 _KINDS = {"s": "t_s", "Pa": "pressure", "V": "command_V", "degC": "temperature", "m": "position", "rad": "position"}
+_KINDS |= {"m/s": "velocity", "rad/s": "velocity"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,18 +101,26 @@ def _meant(words: Sequence[str], unit: str) -> str:
     kind = next((kind for si, kind in _KINDS.items() if unit and _converts(unit, si)), "")
     joined = {"".join(pair) for pair in pairwise(words)} | set(words)
     fitting = [field for field, known in _WORDS if joined & set(known.split()) and (not kind or kind in field or field in ("reference",))]
-    return fitting[0] if fitting else (kind if kind in ("t_s", "command_V", "position") else "")
+    return fitting[0] if fitting else (kind if kind in ("t_s", "command_V", "position", "velocity") else "")
 
 
 def _without_unit(source: str) -> tuple[str, str]:
-    """Name and unit of `Druck A [bar]`, `pos_mm`, `u (V)`; the unit empty where none can be read."""
+    """Name and unit of `Druck A [bar]`, `pos_mm`, `vel_mm_s`, `u (V)`; the unit empty where none can be read."""
+    rate = _RATE.search(source)
+    if rate:
+        return source[: rate.start()], f"{rate[1]}/s{'^2' if rate[2] else ''}"
     found = _UNIT.search(source)
-    if not found:
+    if not found or (found[2] and _converts(found[2], "s") and not _names_time(source)):
         return source, ""
     text = found[1] or found[2]
     unit = _RENAMED.get(text, text)
-    known = any(_converts(unit, si) for si in (*_KINDS, "m/s", "rad/s", "m/s^2"))
+    known = any(_converts(unit, si) for si in (*_KINDS, "m/s^2"))
     return (source[: found.start()], unit) if known else (source, "")
+
+
+def _names_time(source: str) -> bool:
+    """A bare `_s` may be the end of another unit, or stand for the supply or a set point; in brackets it is seconds."""
+    return bool(set(_words(source)) & set(dict(_WORDS)["t_s"].split()))
 
 
 def _words(name: str) -> list[str]:

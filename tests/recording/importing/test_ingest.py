@@ -15,7 +15,7 @@ from recording.files.check import check_log
 from recording.files.reader import read_log
 from recording.importing.ingest import ingest, ingest_parts
 from recording.importing.read_table import read_table
-from recording.importing.suggestion import suggested_map
+from recording.importing.suggestion import guess, suggested_map
 from tests.support.measured_data import EMPS
 
 MAP = """\
@@ -303,6 +303,29 @@ def test_a_map_is_proposed_from_column_names_and_reads_as_one(tmp_path: Path) ->
         source: (name, unit) for source, name, unit in SUGGESTED if name
     }
     assert found.ignored == ("comment",)
+
+
+@pytest.mark.parametrize(
+    ("source", "field", "unit"),
+    [
+        ("vel_mm_s", "axis.velocity", "mm/s"),
+        ("speed_m_s", "axis.velocity", "m/s"),
+        ("rod speed mm/s", "axis.velocity", "mm/s"),
+        ("v_mps", "axis.velocity", "m/s"),
+        ("Velocity [mm/s]", "axis.velocity", "mm/s"),
+        ("acc_m_s2", "", ""),
+        ("delay_s", "", ""),
+        ("pressure_rate_bar_s", "", ""),
+        ("time_s", "t_s", "s"),
+        ("time_in_s", "t_s", "s"),
+        ("elapsed_ms", "t_s", "ms"),
+        ("X [s]", "t_s", "s"),
+    ],
+)
+def test_a_bare_second_is_the_time_only_of_what_is_called_so(tmp_path: Path, source: str, field: str, unit: str) -> None:
+    data, _, _ = make(tmp_path, f"{source}\n1\n")
+    (found,) = guess(read_table(data), {"axis": "linear"})
+    assert (found.field, found.unit) == (field, unit), found.why
 
 
 def test_german_names_are_known(tmp_path: Path) -> None:
