@@ -61,9 +61,7 @@ def read_text_table(path: Path) -> SourceTable:
     read |= {name: _moments(read[name], days, f"{path}: column {name!r}") for name, days in dates.items()}
     notes = ("Numbers have decimal commas.",) * bool(commas) + (f"Read as {_WINDOWS}, not UTF-8.",) * (encoding == _WINDOWS)
     notes += tuple(f"Column {name!r} holds dates or times of day: read as seconds since its first row." for name in dates)
-    table = SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), notes, frozenset(dates))
-    _refuse_infinite(table)
-    return table
+    return SourceTable(path, read, np.frombuffer(lines, dtype=np.int64), notes, frozenset(dates))
 
 
 def _moments(seconds: Floats, days: list[bool], where: str) -> Floats:
@@ -150,14 +148,6 @@ def _refuse_points(path: Path, encoding: str) -> None:
             if "." in cell and _is_number(cell):
                 advice = "Write all numbers with one sign, and none between thousands."
                 raise LogError("decimal points stand beside decimal commas", value=cell, where=f"{path}:{line}", next_step=advice)
-
-
-def _refuse_infinite(table: SourceTable) -> None:
-    for name, values in table.columns.items():
-        rows = np.flatnonzero(np.isinf(values))
-        if len(rows):
-            where = f"{table.path}:{table.lines[rows[0]]}"
-            raise LogError(f"column {name!r} is infinite", value=values[rows[0]], where=where, next_step="Correct or empty the cell.")
 
 
 def _is_number(text: str) -> bool:

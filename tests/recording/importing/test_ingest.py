@@ -272,6 +272,12 @@ def test_a_matlab_file_gives_the_same_log_as_its_table(tmp_path: Path) -> None:
     np.testing.assert_array_equal(columns["axis.command_V"], np.cos(t))
 
 
+def test_infinity_in_a_matlab_file_is_refused_with_its_row(tmp_path: Path) -> None:
+    scipy.io.savemat(tmp_path / "run.mat", {"t_s": [0.0, 0.1, np.inf], "x": [1.0, 2.0, 3.0]})
+    with pytest.raises(LogError, match=r"run.mat:3: column 't_s' is infinite: inf. Correct it, or leave it empty"):
+        read_table(tmp_path / "run.mat")
+
+
 def test_what_is_no_matlab_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + b" " * 86 + b"\x00\x02IM" + b"\x00" * 300)
     with pytest.raises(LogError, match=r"format 7.3 \(HDF5\)"):
