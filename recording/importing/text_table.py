@@ -9,6 +9,7 @@ from array import array
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -44,7 +45,7 @@ def read_text_table(path: Path) -> SourceTable:
         lines.append(line)
         for column, name, cell in zip(columns, names, cells, strict=True):
             try:
-                column.append(float(cell))
+                column.append(_plain(cell))
             except ValueError:
                 moment = seconds_of(cell)
                 if moment is not None:
@@ -56,7 +57,7 @@ def read_text_table(path: Path) -> SourceTable:
     if not lines:
         raise LogError("the table has column names but no rows", where=str(path), next_step="There is nothing to import.")
     if commas:
-        _refuse_points(path, encoding)
+        _refuse_other_signs(path, encoding)
     read = {name: np.frombuffer(column, dtype=np.float64) for name, column in zip(names, columns, strict=True)}
     read |= {name: _moments(read[name], days, f"{path}: column {name!r}") for name, days in dates.items()}
     notes = ("Numbers have decimal commas.",) * bool(commas) + (f"Read as {_WINDOWS}, not UTF-8.",) * (encoding == _WINDOWS)
@@ -76,9 +77,7 @@ def _rows(path: Path, encoding: str) -> Iterator[Row]:
     """(line number, stripped cells) of every line that is neither blank nor a comment."""
     try:
         with path.open(encoding=encoding, newline="") as file:
-            head = next((line for line in file if line.strip() and not line.startswith("#")), "")
-            file.seek(0)
-            reader = csv.reader(file, delimiter=max(_DELIMITERS, key=head.count))
+            reader = csv.reader(file, delimiter=_delimiter(file))
             for cells in reader:
                 if any(cell.strip() for cell in cells) and not cells[0].startswith("#"):
                     yield reader.line_num, [cell.strip() for cell in cells]
@@ -87,6 +86,13 @@ def _rows(path: Path, encoding: str) -> Iterator[Row]:
     except (UnicodeDecodeError, csv.Error) as error:
         advice = "Save it as a plain text table (CSV, UTF-8)."
         raise LogError("this is not a text table", value=str(error), where=str(path), next_step=advice) from error
+
+
+def _delimiter(file: TextIO) -> str:
+    """What stands most often in the first line; the file is back at its beginning."""
+    head = next((line for line in file if line.strip() and not line.startswith("#")), "")
+    file.seek(0)
+    return max(_DELIMITERS, key=head.count)
 
 
 def _encoding(path: Path) -> str:
@@ -141,18 +147,31 @@ def _other_number(cell: str, name: str, path: Path, line: int) -> float:
     raise LogError(what, value=repr(cell), where=f"{path}:{line}", next_step=advice)
 
 
-def _refuse_points(path: Path, encoding: str) -> None:
-    """Beside decimal commas a point might be anything."""
+def _refuse_other_signs(path: Path, encoding: str) -> None:
+    """Beside decimal commas a point might be anything; and where commas stand between cells, so might one in a quoted cell."""
+    with path.open(encoding=encoding, newline="") as file:
+        between_cells = _delimiter(file) == ","
     for line, cells in _rows(path, encoding):
         for cell in cells:
+            if between_cells and _WITH_COMMA.fullmatch(cell):
+                what = "a comma stands in a number, in a table with commas between cells"
+                advice = "Write a point for decimals and nothing between thousands, or put semicolons between the cells."
+                raise LogError(what, value=repr(cell), where=f"{path}:{line}", next_step=advice)
             if "." in cell and _is_number(cell):
                 advice = "Write all numbers with one sign, and none between thousands."
                 raise LogError("decimal points stand beside decimal commas", value=cell, where=f"{path}:{line}", next_step=advice)
 
 
+def _plain(cell: str) -> float:
+    """A number as other programs write it: float() alone would also take Python's 1_000."""
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell)
+
+
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        _plain(text)
     except ValueError:
         return False
     return True

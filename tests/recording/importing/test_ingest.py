@@ -103,6 +103,11 @@ def test_contract_names_need_no_map(tmp_path: Path) -> None:
         ("0,1\n1,2\n", "data.csv: the table has no line of column names: 0,1."),
         ("t_s,t_s\n0,1\n", "data.csv: column names stand twice: t_s."),
         ("t_s,axis.position\n0,1\n1,x\n", "data.csv:3: column 'axis.position' holds something that is no number: 'x'."),
+        ("t_s,axis.position\n0,1\n1,1_000\n", "data.csv:3: column 'axis.position' holds something that is no number: '1_000'."),
+        (
+            't_s,axis.position\n0,999\n1,"1,234"\n',
+            "data.csv:3: a comma stands in a number, in a table with commas between cells: '1,234'. Write a point for decimals and nothing",
+        ),
         ("t_s,axis.position\n0,inf\n", "data.csv:2: column 'axis.position' is infinite: inf."),
         ("t_s,axis.position\n0,1\n1\n", "data.csv:3: wrong number of cells: 1 (limit: 2)."),
         ("t_s,axis.position\n0,1\n2,1\n1,1\n", "data.csv:4: time does not increase: 2.0 s, then 1.0 s."),
