@@ -84,7 +84,7 @@ def ingest_parts(
     columns, left_out = usable(table, columns, layout.joint_names)
     left_out = (*table.notes, *(lacking(table, loaded.map) if loaded else ()), *left_out)
     _refuse_other_joints(layout, rig)
-    pieces = parts(columns, spans, str(source)) if cut else [columns]
+    pieces, alone = parts(columns, spans, str(source)) if cut else ([columns], ())
     names = [out] if len(pieces) == 1 else [out.with_name(f"{out.stem}-{number}{out.suffix}") for number in range(1, len(pieces) + 1)]
     for name in names:
         if name.exists():
@@ -92,7 +92,7 @@ def ingest_parts(
             raise UsageError("the log exists already", where=str(name), next_step=advice, mend=mend)
     for name, piece in zip(names, pieces, strict=True):
         _write(name, layout, piece, _about(source, piece["t_s"], loaded, rig), _attachments(loaded, rig))
-    return [_report(name, table, layout, piece, loaded, left_out) for name, piece in zip(names, pieces, strict=True)]
+    return [_report(name, table, layout, piece, loaded, (*left_out, *alone)) for name, piece in zip(names, pieces, strict=True)]
 
 
 def _with_regular_time(table: SourceTable, columns: dict[str, Floats]) -> SourceTable:

@@ -20,8 +20,9 @@ Span = tuple[float, float]
 Columns = Mapping[str, Floats]
 
 
-def parts(columns: dict[str, Floats], spans: Sequence[Span], where: str) -> list[dict[str, Floats]]:
-    """The columns of each log, in the order of time. `spans`: in s of t_s, none for all of it. LogError when nothing is left."""
+def parts(columns: dict[str, Floats], spans: Sequence[Span], where: str) -> tuple[list[dict[str, Floats]], tuple[str, ...]]:
+    """The columns of each log, in the order of time, and a sentence about rows that are in none. `spans`: in s of t_s, none for all of it.
+    LogError when nothing is left."""
     t = columns["t_s"]
     chosen = [rows(columns, (t >= first) & (t <= last)) for first, last in spans] or [columns]
     found = [piece for one in chosen for piece in between_pauses(one, LEAST_ROWS)]
@@ -37,7 +38,16 @@ def parts(columns: dict[str, Floats], spans: Sequence[Span], where: str) -> list
             where=where,
             next_step="Give --from and --to in seconds of the log's t_s.",
         )
-    return found
+    return found, _alone([piece for one in chosen for piece in between_pauses(one, 1) if len(piece["t_s"]) < LEAST_ROWS])
+
+
+def _alone(pieces: Sequence[Columns]) -> tuple[str, ...]:
+    """One row makes no log."""
+    if not pieces:
+        return ()
+    count, first_s = sum(len(piece["t_s"]) for piece in pieces), pieces[0]["t_s"][0]
+    rows_are = "1 row is" if count == 1 else f"{count} rows are"
+    return (f"{rows_are} left out, alone between pauses of more than {SPLIT_S:g} s: the first at t_s = {first_s:.6g} s.",)
 
 
 def between_pauses(columns: Columns, least_rows: int) -> list[dict[str, Floats]]:

@@ -208,6 +208,14 @@ def test_a_long_gap_and_spans_make_several_logs(tmp_path: Path) -> None:
         ingest_parts(data, None, tmp_path / "none.mcap", spans=[(3.5, 4.0)])
 
 
+def test_a_row_alone_between_pauses_is_left_out_and_told(tmp_path: Path) -> None:
+    data, _, out = make(tmp_path, rows((0.0, 1.0), (3.0, 3.01), (6.0, 7.0)))
+    reports = ingest_parts(data, None, out)
+    assert [report.rows for report in reports] == [100, 100]
+    said = "1 row is left out, alone between pauses of more than 1 s: the first at t_s = 3 s."
+    assert [report.warnings for report in reports] == [(said,), (said,)]
+
+
 def test_what_is_wrong_outside_the_spans_does_not_count(tmp_path: Path) -> None:
     """Empty at first, and a clock that was set back in the end."""
     table = "t_s,axis.position\n" + "".join(f"{k / 100},{'' if k < 60 else k}\n" for k in range(100)) + "0.2,5\n"
