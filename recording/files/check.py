@@ -101,7 +101,7 @@ def _time(log: Log) -> LogFinding:
         row = int(bad[0]) + 1 if len(bad) else int(np.flatnonzero(~np.isfinite(t))[0])
         return LogFinding("time", "error", f"time does not increase at row {row}: {t[max(row - 1, 0)]!s} s, then {t[row]!s} s")
     period = float(np.median(np.diff(t))) if len(t) > 1 else float("nan")
-    skipped = int(np.sum(np.round(np.diff(t) / period) - 1)) if len(t) > 1 else 0
+    skipped = int(np.sum(np.maximum(0, np.round(np.diff(t) / period) - 1))) if len(t) > 1 else 0
     grade: Grade = "warning" if skipped else "ok"
     return LogFinding("time", grade, f"{log.duration_s:.3f} s, median period {period * 1e3:.4g} ms, {skipped} periods skipped")
 

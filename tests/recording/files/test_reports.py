@@ -145,6 +145,15 @@ def test_a_few_lost_samples_and_skipped_periods_are_warnings(tmp_path: Path) -> 
     assert finding(path, "time") == ("warning", "0.102 s, median period 1 ms, 3 periods skipped")
 
 
+def test_short_steps_make_up_for_no_skipped_period(tmp_path: Path) -> None:
+    """Three stamps in a burst after a pause, as a coarse clock gives them."""
+    t = np.arange(100) * 1e-3
+    t[50:] += 3e-3
+    t[50:54] = t[50] + 1e-5 * np.arange(4)
+    t[54:] -= 3e-3
+    assert finding(altered(tmp_path, {"t_s": t}), "time") == ("warning", "0.099 s, median period 1 ms, 3 periods skipped")
+
+
 def test_check_of_a_cut_log_and_of_another_rig(run: Path, tmp_path: Path) -> None:
     (tmp_path / "cut.mcap").write_bytes(run.read_bytes()[:-4000])
     grade, text = finding(tmp_path / "cut.mcap", "whole")
