@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from recording.files.reader import Column, Log
 from recording.files.recordings import asked
 
 Columns = Mapping[str, Column]
+MATLAB_NAME = 63  # characters: its namelengthmax
 
 
 def export(log: Log, out: str | Path, columns: Sequence[str] | None = None) -> int:
@@ -54,9 +56,24 @@ def _mat(path: Path, columns: Columns) -> None:
     """A column vector each; MATLAB knows no dots in names, so `rotary.position` is `rotary_position`."""
     from scipy.io import savemat  # slow to import, and only needed here
 
-    named = {re.sub(r"\W", "_", name): values for name, values in columns.items()}
+    names = {name: re.sub(r"\W", "_", name) for name in columns}
+    _refuse_matlab_names(path, names)
+    named = {names[name]: values for name, values in columns.items()}
     with path.open("wb") as file:
         savemat(file, named, oned_as="column", do_compression=True, long_field_names=True)
+
+
+def _refuse_matlab_names(path: Path, names: Mapping[str, str]) -> None:
+    """scipy writes a second variable of one name, and MATLAB cuts a longer one: either way a signal would be lost without a word."""
+    alike, where = Counter(names.values()), str(path.parent)
+    advice = "Choose other columns with --columns, or export .csv or .parquet."
+    same = [name for name, written in names.items() if alike[written] > 1]
+    if same:
+        raise LogError("columns would have one name in MATLAB", value=", ".join(same), where=where, next_step=advice)
+    long = [name for name in names if len(name) > MATLAB_NAME]
+    if long:
+        limit = f"{MATLAB_NAME} characters"
+        raise LogError("names are too long for MATLAB", value=", ".join(long), limit=limit, where=where, next_step=advice)
 
 
 def _parquet(path: Path, columns: Columns) -> None:

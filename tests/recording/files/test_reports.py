@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -197,6 +198,21 @@ def test_export_refuses_a_wrong_column(run: Path, tmp_path: Path) -> None:
     with pytest.raises(LogError, match="the table cannot be written"):
         export(read_log(run), tmp_path / "no_folder" / "a.csv", ["mode"])
     assert [path.name for path in tmp_path.iterdir()] == ["no_folder"]
+
+
+def test_names_that_matlab_cannot_keep_apart_or_whole_are_refused(run: Path, tmp_path: Path) -> None:
+    log = read_log(run)
+    twice, long = "rotary_position", "rotary." + "x" * 57
+    for columns, text in (
+        (["rotary.position", twice], "columns would have one name in MATLAB: rotary.position, rotary_position. Choose other columns"),
+        ([long], f"names are too long for MATLAB: {long} (limit: 63 characters). Choose other columns with --columns"),
+    ):
+        widened = replace(log, columns=log.columns | dict.fromkeys((twice, long), log.columns["t_s"]))
+        with pytest.raises(LogError) as caught:
+            export(widened, tmp_path / "a.mat", columns)
+        assert text in str(caught.value)
+    assert not list(tmp_path.iterdir())
+    assert export(log, tmp_path / "a.mat") == log.cycles
 
 
 def inked(path: Path) -> float:
