@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from config.errors import LogError, LongreachError
 from recording.files.recover import was_closed
+from recording.files.scan import BAD_INDEX
 
 ENDINGS = (".mcap", ".csv", ".tsv", ".mat")
 _STAMPED_NS = 10**18  # 2001: a log with stamps from zero was imported, and its own time is not known
@@ -77,7 +77,7 @@ def _stamp_ns(path: Path, rig_name: str) -> int:
             reader = make_reader(file)
             summary = reader.get_summary()
             about = {entry.name: entry.metadata for entry in reader.iter_metadata()}.get("recording", {})
-    except McapError as error:
+    except BAD_INDEX as error:
         raise LogError("its index cannot be read", where=str(path), next_step=f"longreach log recover {path}") from error
     if about.get("rig_name", rig_name) not in ("", rig_name):
         advice = f"longreach gap watch --rig with the file of {about['rig_name']}"
