@@ -22,8 +22,8 @@ from tuning.link_and_payload.tip_record import TipRecord, tip_records
 from tuning.oil.oil_from_logs import Steady, oil_rows, steady_motion
 from tuning.oil.oil_table import OilRow
 from tuning.responses.axis_fit import fit_axis
-from tuning.responses.frequency_response import FrequencyResponse, combined, sweep_response
-from tuning.responses.multisine_response import multisine_response
+from tuning.responses.frequency_response import FrequencyResponse, combined
+from tuning.responses.realisations import realisations
 from tuning.responses.response_bounds import Bounds, bounds
 from tuning.responses.response_fit import JointFit, fit_joint
 
@@ -72,7 +72,7 @@ def identify(paths: Sequence[Path], progress: Progress = lambda line: None) -> I
         progress(f"reading {path.name}")
         gathered.take(path)
     found = Identification(gathered.rig(), gathered.rig_text, gathered.hashes, refused=gathered.refused)
-    found.responses = [_fitted(found.rig, combined(group)) for group in gathered.groups()]
+    found.responses = [_fitted(found.rig, combined(group)) for group in realisations(gathered.excited, found.rig)]
     found.bounds = bounds([response.measured for response in found.responses])
     found.links = [_link(link, records) for link, records in gathered.by_payload()]
     found.oil = {joint: rows for joint, samples in gathered.steady.items() if (rows := oil_rows(samples))}
@@ -88,8 +88,8 @@ class _Gathered:
 
     def __init__(self) -> None:
         self._rigs: list[Rig] = []
-        self._excited: list[ExcitedRun] = []
         self._moves: list[tuple[LinkMode, TipRecord]] = []
+        self.excited: list[ExcitedRun] = []
         self.rig_text = ""
         self.hashes: dict[str, str] = {}
         self.refused: list[str] = []
@@ -107,7 +107,7 @@ class _Gathered:
         excited = _try(log, excited_runs, why)
         numbers = {run.run for run in excited}
         moves = [record for record in _try(log, tip_records, why) if record.run not in numbers] if rig.link_mode is not None else []
-        self._excited += excited
+        self.excited += excited
         if rig.link_mode is not None:
             self._moves += [(rig.link_mode, record) for record in moves]
         for joint in rig.joints:
@@ -119,23 +119,6 @@ class _Gathered:
         if not self._rigs:
             raise LogError("no logs were given")
         return self._rigs[0]
-
-    def groups(self) -> list[list[FrequencyResponse]]:
-        """Responses at the same conditions: the realisations of one multisine."""
-        groups: dict[tuple[object, ...], list[FrequencyResponse]] = {}
-        for run in self._excited:
-            response = multisine_response(run) if run.maneuver["kind"] == "multisine" else sweep_response(run)
-            at = response.conditions
-            where = f"{at.extension_m:.2f} {self._share(at.joint, at.position):.2f}"  # as text: what is not measured is NaN
-            place = f"{where} {at.oil_C / 2.0:.0f} {at.payload_kg:.3f}"
-            key = (response.source, at.joint, at.on, run.maneuver["amplitude"], place, len(response.frequencies_Hz))
-            groups.setdefault(key, []).append(response)
-        return list(groups.values())
-
-    def _share(self, joint: str, position: float) -> float:
-        """Of the travel of a single axis."""
-        low, high = self.rig().joints[joint].travel
-        return (position - low) / (high - low)
 
     def by_payload(self) -> list[tuple[LinkMode, list[TipRecord]]]:
         groups: list[tuple[LinkMode, list[TipRecord]]] = []

@@ -93,8 +93,9 @@ def _drift(values: Floats) -> Floats:
 
 def combined(responses: list[FrequencyResponse]) -> FrequencyResponse:
     """Mean over realisations of the phases at the same conditions: the best linear approximation. Its `sigma` comes from their
-    scatter, which holds noise and the nonlinear part that changes with the phases."""
+    scatter, which holds noise and the nonlinear part that changes with the phases. All have the same frequencies."""
     first = responses[0]
+    assert all(np.array_equal(each.frequencies_Hz, first.frequencies_Hz) for each in responses)
     if len(responses) == 1:
         return first
     table = np.array([each.response for each in responses])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, radians
 
 import numpy as np
@@ -9,11 +10,13 @@ import pytest
 from scipy.signal import cont2discrete, csd, dlsim, tf2ss
 
 from config.errors import LogError
+from config.schema.rig import Rig
 from servo_control.path.multisine import Multisine, odd_harmonics
 from servo_control.path.waves import Sweep
 from tuning.experiments.excited_run import ExcitedRun, ResponseConditions
 from tuning.responses.frequency_response import FrequencyResponse, combined, sweep_response
 from tuning.responses.multisine_response import multisine_response
+from tuning.responses.realisations import realisations
 from tuning.responses.response_bounds import bounds
 from tuning.responses.response_fit import fit_joint
 from tuning.transfer import EQ4
@@ -129,6 +132,22 @@ def test_realisations_are_averaged_and_their_scatter_is_the_uncertainty() -> Non
     mean = combined(responses)
     assert mean.response == pytest.approx(np.mean([each.response for each in responses], axis=0))
     assert np.median(mean.sigma) > 5.0 * np.median(responses[0].sigma)  # the nonlinear part changes with the phases, not with time
+
+
+def test_only_the_same_lines_under_the_same_conditions_are_averaged(rig: Rig) -> None:
+    """Two bands with as many lines, and oil either side of 25 °C: each band's response is Eq 4 at its own frequencies."""
+    wide = _multisine()
+    harmonics = odd_harmonics(0.3, 8.0, 10.0, 24)
+    narrow = _run({**MULTISINE, "from": 0.3, "to": 8.0}, Multisine(0.3, harmonics, 10.0, 4, 1.0, 1, 3.0))
+    runs = [replace(run, conditions=replace(CONDITIONS, oil_C=C), maneuver={**run.maneuver, "amplitude": 0.3}) for run, C in (
+        (wide, 24.99), (narrow, 24.99), (wide, 25.01), (narrow, 31.0))]  # fmt: skip
+    groups = realisations(runs, rig)
+    assert [len(group) for group in groups] == [2, 1, 1]
+    assert len({len(group[0].frequencies_Hz) for group in groups}) == 1
+    for group in groups:
+        assert _error(combined(group)) == (pytest.approx(0.0, abs=0.01), pytest.approx(0.0, abs=0.05))
+    with pytest.raises(AssertionError):
+        combined([groups[0][0], groups[1][0]])
 
 
 def test_bounds_hold_every_response_that_differs_in_one_condition() -> None:
