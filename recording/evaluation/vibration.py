@@ -84,6 +84,14 @@ def decaying_sine(t: Floats, values: Floats, frequency_Hz: float, damping_ratio:
     return float(np.hypot(cosine, sine)), best
 
 
+def window_s(hold_s: float, frequency_Hz: float) -> tuple[float, float] | None:
+    """Where in a hold of this length its vibration is judged (s after the move's end): three periods about 1.0 s, as far as they lie in
+    the hold. None where the hold ends before 1.0 s, or holds too little of them."""
+    half_s = 0.5 * PERIODS / frequency_Hz
+    first_s, last_s = max(0.0, AFTER_MOVE_S - half_s), min(hold_s, AFTER_MOVE_S + half_s)
+    return (first_s, last_s) if hold_s >= AFTER_MOVE_S and last_s - first_s >= _NEEDED_SHARE * 2.0 * half_s else None
+
+
 def _holds_of_run(log: Log, rig: Rig, link: LinkMode, run: int) -> list[HoldVibration]:
     request = RunRequest.from_json(log.attachments[f"run-{run}.json"])
     if request.by_hand:
@@ -100,14 +108,16 @@ def _holds_of_run(log: Log, rig: Rig, link: LinkMode, run: int) -> list[HoldVibr
 
 def _measure(log: Log, link: LinkMode, run: int, name: str, rows: npt.NDArray[np.intp]) -> HoldVibration | None:
     """The vibration in the hold that has these rows; None when the hold ends before the window does."""
-    end_t_s = float(log.columns["t_s"][rows[0]])
-    t = log.columns["t_s"][rows] - end_t_s - AFTER_MOVE_S
     frequency_Hz = LinkFrequency(link).frequency_Hz(_extension_m(log, rows))
-    half_s = 0.5 * PERIODS / frequency_Hz
-    inside = (np.abs(t) <= half_s) & np.isfinite(log.columns[TIP][rows])
-    if t[-1] < 0.0 or not inside.any() or np.ptp(t[inside]) < _NEEDED_SHARE * 2.0 * half_s:
+    end_t_s = float(log.columns["t_s"][rows[0]])
+    since_s, values = log.columns["t_s"][rows] - end_t_s, log.columns[TIP][rows]
+    window = window_s(float(since_s[-1]), frequency_Hz)
+    if window is None:
         return None
-    amplitude, frequency = decaying_sine(t[inside], log.columns[TIP][rows][inside], frequency_Hz, link.damping_ratio)
+    inside = (since_s >= window[0]) & (since_s <= window[1]) & np.isfinite(values)
+    if not inside.any() or np.ptp(since_s[inside]) < _NEEDED_SHARE * PERIODS / frequency_Hz:
+        return None  # samples are lost
+    amplitude, frequency = decaying_sine(since_s[inside] - AFTER_MOVE_S, values[inside], frequency_Hz, link.damping_ratio)
     return HoldVibration(run, name, end_t_s, frequency, amplitude)
 
 

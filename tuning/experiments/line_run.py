@@ -14,7 +14,7 @@ from config.loading.load import find, load_maneuver
 from config.schema.maneuver import maneuver_content
 from config.schema.rig import Rig
 from recording.evaluation.spectrum import hann_spectrum
-from recording.evaluation.vibration import AFTER_MOVE_S, PERIODS, decaying_sine
+from recording.evaluation.vibration import AFTER_MOVE_S, decaying_sine
 from servo_control.controller import Controller
 from servo_control.link.link_mode import LinkFrequency
 from servo_control.planning.planning import plan_run
@@ -27,6 +27,7 @@ from sim_backend.kernel.prescribed import link_response
 from sim_backend.memory.layout import H
 from sim_backend.plant import SimulatedRig
 from tuning.arrays import Floats
+from tuning.experiments.judged_holds import JudgedHold, judged_holds
 from tuning.variants import PRISMATIC, ROTARY
 
 SETTLING_S = 1.0  # holding before the run starts, in which bias and end-point feedback fade in
@@ -46,13 +47,9 @@ class LineRun:
     link: LinkFrequency
 
     @cached_property
-    def move_ends_s(self) -> tuple[float, ...]:
-        return tuple(segment.end_s for segment in self.plan.segments if segment.kind == "move")
-
-    @cached_property
     def hold_amplitudes(self) -> Floats:
-        """Amplitude of the tip's vibration 1.0 s after the planned end of every move, m/s²."""
-        return np.array([self.amplitude(end) for end in self.move_ends_s])
+        """Amplitude of the tip's vibration 1.0 s after the planned end of every move whose hold is long enough, m/s²."""
+        return np.array([self.amplitude(hold) for hold in judged_holds(self.plan, self.link)[0]])
 
     @property
     def largest_line(self) -> float:
@@ -60,14 +57,12 @@ class LineRun:
         frequencies, lines = hann_spectrum(self.tip_acceleration, self.period_s)
         return float(lines[(frequencies >= SPECTRUM_HZ[0]) & (frequencies <= SPECTRUM_HZ[1])].max())
 
-    def amplitude(self, end_s: float) -> float:
-        """Of the tip's vibration 1.0 s after this time, m/s²."""
-        middle = round((end_s + AFTER_MOVE_S) / self.period_s)
-        frequency = self.link.frequency_Hz(float(self.position[min(middle, len(self.position) - 1), 1]))
-        half = round(0.5 * PERIODS / frequency / self.period_s)
-        rows = np.arange(max(middle - half, 0), min(middle + half, len(self.tip_acceleration)))
-        t = np.asarray((rows - middle) * self.period_s, dtype=np.float64)
-        return decaying_sine(t, self.tip_acceleration[rows], frequency, self.link.damping_ratio)[0]
+    def amplitude(self, hold: JudgedHold) -> float:
+        """Of the tip's vibration 1.0 s after the move's end, m/s²."""
+        first, last = (round((hold.end_s + since_s) / self.period_s) for since_s in hold.window_s)
+        rows = np.arange(first, min(last, len(self.tip_acceleration)))
+        t = np.asarray(rows * self.period_s - hold.end_s - AFTER_MOVE_S, dtype=np.float64)
+        return decaying_sine(t, self.tip_acceleration[rows], hold.frequency_Hz, self.link.damping_ratio)[0]
 
 
 def rms_dB(run: LineRun, base: LineRun) -> float:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from config.errors import ManeuverError
 from config.schema.rig import LinkMode, Rig
 from recording.evaluation.vibration import AFTER_MOVE_S
 from servo_control.link.link_mode import LinkFrequency
 from servo_control.planning.run_plan import RunPlan
 from sim_backend.effects.link_flexibility import LinkFlexibility
+from tuning.experiments.judged_holds import judged_holds
 from tuning.experiments.line_run import coupled_run
-from tuning.shaper_choice.shape_prediction import Prediction, judged_moves, lateness
+from tuning.shaper_choice.shape_prediction import Prediction, holds_to_judge, lateness
 from tuning.variants import plant_of, with_link
 
 ERRORS = (-0.10, 0.0, 0.10)
@@ -35,16 +35,14 @@ def predicted_coupled(rig: Rig, plan: RunPlan, errors: tuple[float, ...] = ERROR
 
     ManeuverError when no move of the run can be judged; PlantError when the rig has no plant.
     """
-    moves = judged_moves(plan)
-    if not moves:
-        raise ManeuverError("no move of the run can be judged", where=str(plan.request.maneuver["name"]))
-    resting_s = max(0.0, moves[-1][1] + 2.0 * AFTER_MOVE_S - plan.program.duration_s)
+    assert rig.link_mode is not None
+    holds, too_short = holds_to_judge(rig.link_mode, plan)
+    resting_s = max(0.0, holds[-1].end_s + 2.0 * AFTER_MOVE_S - plan.program.duration_s)
     runs = [coupled_run(as_believed(rig, plan, error), plan, temperature_C=temperature_C, resting_s=resting_s) for error in errors]
-    ends = [end for _, end in moves]
     nominal = runs[int(np.argmin(np.abs(errors)))]
-    late = np.array([lateness(nominal.position, end, nominal.period_s, list(rig.joints)) for end in ends])
-    residual = np.array([[run.amplitude(end) for run in runs] for end in ends])
-    return Prediction(tuple(move for move, _ in moves), np.array(errors), residual, late)
+    late = np.array([lateness(nominal.position, hold.end_s, nominal.period_s, list(rig.joints)) for hold in holds])
+    residual = np.array([[run.amplitude(hold) for run in runs] for hold in holds])
+    return Prediction(tuple(hold.move for hold in holds), np.array(errors), residual, late, tuple(too_short))
 
 
 def as_believed(rig: Rig, plan: RunPlan, error: float) -> Rig:
@@ -67,5 +65,4 @@ def as_believed(rig: Rig, plan: RunPlan, error: float) -> Rig:
 def _mapped(link: LinkMode, plan: RunPlan) -> float:
     """Believed frequency over that of the formula, mean over the ends of the moves."""
     believed, formula = LinkFrequency(link), LinkFrequency(link.model_copy(update={"frequency_map": ()}))
-    places = [plan.program.at(end, plan.program.next_index(0, end))[0][1] for _, end in judged_moves(plan)]
-    return float(np.mean([believed.frequency_Hz(x) / formula.frequency_Hz(x) for x in places]))
+    return float(np.mean([hold.frequency_Hz / formula.frequency_Hz(hold.extension_m) for hold in judged_holds(plan, believed)[0]]))

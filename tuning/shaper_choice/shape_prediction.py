@@ -16,11 +16,12 @@ import numpy as np
 
 from config.errors import ManeuverError
 from config.schema.rig import LinkMode, Rig
-from recording.evaluation.vibration import AFTER_MOVE_S, APPROACH
+from recording.evaluation.vibration import AFTER_MOVE_S
 from servo_control.link.link_mode import LinkFrequency
 from servo_control.planning.prediction import predict
 from servo_control.planning.run_plan import RunPlan
 from tuning.arrays import Floats
+from tuning.experiments.judged_holds import JudgedHold, judged_holds
 from tuning.link_and_payload.free_vibration import LINK_INERTIA, LINK_MASS
 
 ERRORS = (-0.10, -0.075, -0.05, -0.025, 0.0, 0.025, 0.05, 0.075, 0.10)  # true frequency over believed, less one
@@ -30,12 +31,14 @@ ARRIVED_RAD, ARRIVED_M = 1e-3, 1e-3  # about a millimetre at the tip
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
     """`residual_mps2` (holds × errors): amplitude of the tip's vibration 1.0 s after every move's planned end. `late_s`: how much later
-    than planned the references arrive, one a move."""
+    than planned the references arrive, one a move. `too_short`: moves that are left out, because their hold ends before the window in
+    which vibration is judged."""
 
     moves: tuple[str, ...]
     errors: Floats
     residual_mps2: Floats
     late_s: Floats
+    too_short: tuple[str, ...] = ()
 
     @property
     def worst_mps2(self) -> float:
@@ -58,17 +61,25 @@ def predicted(rig: Rig, plan: RunPlan, errors: tuple[float, ...] = ERRORS) -> Pr
     position, rate = table[:, : len(names)], table[:, len(names) :]
     theta, length = names.index("rotary"), names.index("prismatic")
     after = round(AFTER_MOVE_S / period_s)
-    holds = [(move, end) for move, end in judged_moves(plan) if round(end / period_s) < len(table)]
-    if not holds:
-        raise ManeuverError(
-            "no move of the run can be judged", where=str(plan.request.maneuver["name"]), next_step="It needs a move with a hold."
-        )
+    holds, too_short = holds_to_judge(rig.link_mode, plan)
     still = after + 1  # the run may end before the last hold is judged
     motion = _Motion(rate[:, theta], position[:, length], rate[:, length], period_s, still)
     envelope = _envelope(rig.link_mode, motion, np.array(errors))
-    residual = np.array([envelope[round(end / period_s) + after] for _, end in holds])
-    late = np.array([lateness(position, end, period_s, names) for _, end in holds])
-    return Prediction(tuple(move for move, _ in holds), np.array(errors), residual, late)
+    residual = np.array([envelope[round(hold.end_s / period_s) + after] for hold in holds])
+    late = np.array([lateness(position, hold.end_s, period_s, names) for hold in holds])
+    return Prediction(tuple(hold.move for hold in holds), np.array(errors), residual, late, tuple(too_short))
+
+
+def holds_to_judge(link: LinkMode, plan: RunPlan) -> tuple[list[JudgedHold], list[str]]:
+    """As `judged_holds`. ManeuverError when there are none."""
+    holds, too_short = judged_holds(plan, LinkFrequency(link))
+    if not holds:
+        where, advice = (
+            str(plan.request.maneuver["name"]),
+            f"A move must be followed by a hold of more than {AFTER_MOVE_S} s: --set hold=3s.",
+        )
+        raise ManeuverError("no move of the run can be judged", value=", ".join(too_short), where=where, next_step=advice)
+    return holds, too_short
 
 
 def lateness(position: Floats, planned_end_s: float, period_s: float, names: list[str]) -> float:
@@ -83,16 +94,6 @@ def lateness(position: Floats, planned_end_s: float, period_s: float, names: lis
     tolerance = np.array([ARRIVED_M if name == "prismatic" else ARRIVED_RAD for name in names])
     away = np.any(np.abs(position[first:last] - position[last]) > tolerance, axis=1)
     return float(np.flatnonzero(away)[-1] + 1) * period_s if away.any() else 0.0
-
-
-def judged_moves(plan: RunPlan) -> list[tuple[str, float]]:
-    """Name and planned end (s) of every move that a hold follows."""
-    segments = plan.segments
-    return [
-        (segment.name, segment.end_s)
-        for segment, after in zip(segments, (*segments[1:], None), strict=True)
-        if segment.kind == "move" and segment.name != APPROACH and (after is None or after.kind == "hold")
-    ]
 
 
 class _Motion:

@@ -27,13 +27,14 @@ ALLOWED_MPS2 = 0.1
 @dataclass(frozen=True, slots=True)
 class Residual:
     """One filter over all maneuvers: vibration left (m/s²) at no error of the frequency and worst over the errors, the largest hold at
-    each of `errors`, the largest delay (s)."""
+    each of `errors`, the largest delay (s). `too_short`: moves whose holds are, and which nothing is said of."""
 
     nominal_mps2: float
     worst_mps2: float
     late_s: float
     errors: tuple[float, ...]
     by_error: tuple[float, ...]
+    too_short: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +118,8 @@ def _residual(found: Sequence[Prediction]) -> Residual:
     late = max(float(np.max(each.late_s)) for each in found)
     errors = tuple(map(float, found[0].errors))
     nominal = max(each.nominal_mps2 for each in found)
-    return Residual(nominal, max(each.worst_mps2 for each in found), late, errors, tuple(map(float, by_error)))
+    too_short = tuple(dict.fromkeys(move for each in found for move in each.too_short))
+    return Residual(nominal, max(each.worst_mps2 for each in found), late, errors, tuple(map(float, by_error)), too_short)
 
 
 def _plan(rig: Rig, maneuver: dict[str, Any], shaper: dict[str, Any]) -> RunPlan:

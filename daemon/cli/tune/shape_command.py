@@ -80,6 +80,8 @@ def _show(found: Recommendation, arguments: argparse.Namespace, sentences: State
     for each in found.candidates:
         if each.refused:
             print(f"{each.kind} cannot be used: {sentences.text(each.refused)}")
+    if left_out := found.best.judged.too_short:
+        print(f"not judged, because the hold ends before the vibration could be seen: {', '.join(left_out)}; next: --set hold=3s")
     print(found.why)
     if found.best.tip is not None:
         print(f"with it {sentences.text(found.best.tip.text())}")

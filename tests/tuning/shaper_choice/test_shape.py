@@ -17,6 +17,9 @@ from daemon.lockstep import run_lockstep
 from recording.evaluation.vibration import hold_vibration
 from recording.files.reader import read_log
 from servo_control.link.link_mode import LinkFrequency
+from servo_control.planning.planning import plan_run
+from servo_control.planning.run_plan import RunPlan
+from servo_control.planning.run_request import RunRequest
 from tuning.experiments.line_run import coupled_run, ideal_run, plan_line
 from tuning.shaper_choice.coupled_prediction import can_be_coupled, predicted_coupled
 from tuning.shaper_choice.shape_prediction import lateness, predicted
@@ -81,6 +84,21 @@ def test_lateness_of_a_ramp() -> None:
     position = np.column_stack([np.minimum(0.1 * t, 0.125), np.full(3000, 1.0)])
     assert lateness(position, 1.0, 0.001, ["rotary", "prismatic"]) == pytest.approx(0.24, abs=0.002)
     assert lateness(position, 1.5, 0.001, ["rotary", "prismatic"]) == 0.0
+
+
+def _held(rig: Rig, kind: str, hold_s: float) -> RunPlan:
+    return plan_run(rig, RunRequest(1, {**_line("paper_line_y30"), "hold": hold_s}, {"kind": kind}))
+
+
+@pytest.mark.parametrize("kind", ["zvd", "none"])
+def test_the_next_move_does_not_show_in_a_short_hold(rig: Rig, kind: str) -> None:
+    """What the first move leaves is the same with a short hold: the next move, which begins inside the window, does not show. A hold of
+    1.0 s holds half the window: it is left out and named. The last one goes on for good."""
+    first = [ideal_run(rig, _held(rig, kind, hold_s)).hold_amplitudes[0] for hold_s in (3.0, 1.4, 1.25, 1.1)]
+    assert first == pytest.approx([first[0]] * 4, rel=1e-3)
+    found = predicted(rig, _held(rig, kind, 1.0), (0.0,))
+    assert (found.moves, found.too_short) == (("move 3",), ("move 1", "move 2"))
+    assert len(ideal_run(rig, _held(rig, kind, 1.0)).hold_amplitudes) == 1
 
 
 def _candidate(kind: str, worst: float, late: float, refused: str = "") -> ShaperCandidate:
