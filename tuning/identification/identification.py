@@ -157,7 +157,9 @@ def _with(response: FrequencyResponse, fit: Callable[[FrequencyResponse], JointF
 
 def _link(link: LinkMode, records: Sequence[TipRecord]) -> LinkFound:
     """Payload and map; either may be impossible, and then the note says why."""
-    notes: list[str] = []
+    notes = [
+        f"run {record.run}: the log lacks cycles of the hold after move {move}; left out." for record in records for move in record.torn
+    ]
     estimates: list[PayloadEstimate] = []
     mapped: LinkMap | None = None
     try:

@@ -29,7 +29,8 @@ _NEEDED = ("prismatic.position", "rotary.position", TIP)
 class TipRecord:
     """One run. Tip acceleration (m/s²), deflection (m; None: not measured), rotary position (rad), extension (m), one value a period;
     `holds`: rows in which the references stand still, with the number of the move before. `tip_lag_s`: time constant of the
-    accelerometer, if the rig file's plant section knows its bandwidth."""
+    accelerometer, if the rig file's plant section knows its bandwidth. `torn`: moves whose holds are left out, because the log lacks
+    cycles of them."""
 
     run: int
     period_s: float
@@ -39,6 +40,7 @@ class TipRecord:
     extension: Floats
     holds: tuple[tuple[int, slice], ...]
     tip_lag_s: float = 0.0
+    torn: tuple[int, ...] = ()
 
 
 def tip_records(log: Log, rig: Rig | None = None) -> list[TipRecord]:
@@ -72,18 +74,29 @@ def _runs(log: Log, running: Column) -> list[int]:
 
 def _record(log: Log, run: int, rows: Column, rig: Rig | None) -> TipRecord:
     period_s = float(np.median(np.diff(log.columns["t_s"])))
-    acceleration, rotary, extension = (
-        without_gaps(np.asarray(log.columns[name][rows], dtype=np.float64)) for name in (TIP, "rotary.position", "prismatic.position")
-    )
-    deflection = np.asarray(log.columns.get("tip.deflection_m", np.full(log.cycles, np.nan))[rows], dtype=np.float64)
-    holds: tuple[tuple[int, slice], ...] = ()
+    acceleration, rotary, extension = (without_gaps(_by_cycle(log, name, rows)) for name in (TIP, "rotary.position", "prismatic.position"))
+    deflection = _by_cycle(log, "tip.deflection_m", rows)
+    there = np.isfinite(_by_cycle(log, "cycle", rows))
+    holds: list[tuple[int, slice]] = []
     rig = rig or open_rig(log)
     request = RunRequest.from_json(log.attachments[f"run-{run}.json"]) if f"run-{run}.json" in log.attachments else None
     if request is not None and not request.by_hand:
         plan = plan_run(rig, request)
-        holds = tuple((move, part) for move, part in move_holds(plan, period_s) if part.stop <= len(rows) + 1)
+        holds = [(move, part) for move, part in move_holds(plan, period_s) if part.stop <= len(there) + 1]
+    whole = tuple((move, part) for move, part in holds if there[part].all())
+    torn = tuple(move for move, part in holds if not there[part].all())
     measured = without_gaps(deflection) if np.any(np.isfinite(deflection)) else None
-    return TipRecord(run, period_s, acceleration, measured, rotary, extension, holds, _tip_lag_s(rig))
+    return TipRecord(run, period_s, acceleration, measured, rotary, extension, whole, _tip_lag_s(rig), torn)
+
+
+def _by_cycle(log: Log, name: str, rows: Column) -> Floats:
+    """A column of a run at its place in time, one value a period from the first row on: NaN for cycles that the log lacks, and where there
+    is no such column."""
+    cycle = log.columns["cycle"][rows].astype(np.int64)
+    values = np.full(int(cycle[-1] - cycle[0]) + 1, np.nan)
+    if name in log.columns:
+        values[cycle - cycle[0]] = log.columns[name][rows]
+    return values
 
 
 def _tip_lag_s(rig: Rig) -> float:

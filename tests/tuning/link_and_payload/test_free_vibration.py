@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from config.schema.rig import LinkMode, Rig
-from tuning.link_and_payload.free_vibration import FreeVibration, free_vibration
-from tuning.link_and_payload.tip_record import TipRecord
+from recording.files.reader import read_log
+from tests.support.recording import session
+from tuning.link_and_payload.free_vibration import FreeVibration, free_vibration, free_vibrations
+from tuning.link_and_payload.tip_record import TipRecord, tip_records
 
 LENGTH_M, SECONDS = 1.2, 1.9
 
@@ -48,3 +52,17 @@ def test_the_stated_uncertainty_is_that_of_the_noise(rig: Rig) -> None:
     assert 0.0 < found.clamped_sigma_Hz < 0.01
     assert abs(found.clamped_Hz - 2.7) < 3.0 * found.clamped_sigma_Hz
     assert abs(found.damping_ratio - 0.006) < 3.0 * found.damping_sigma
+
+
+def test_only_the_hold_in_which_cycles_are_missing_is_left_out(rig: Rig, tmp_path: Path) -> None:
+    """60 cycles lost in the first hold: the later ones stay where they were in time and give what they gave."""
+    log = read_log(session.recorded_run(tmp_path / "a.mcap", ring_mps2={0: 2.8, 2: 2.7, 4: 3.6}))
+    first = np.flatnonzero(log.columns["segment"] == 2)[0]
+    kept = np.delete(np.arange(log.cycles), np.arange(first + 700, first + 760))
+    lossy = replace(log, columns={name: values[kept] for name, values in log.columns.items()}, time_ns=log.time_ns[kept])
+    (whole,), (torn,) = tip_records(log), tip_records(lossy)
+    assert torn.torn == (1,)
+    assert torn.holds == whole.holds[1:]
+    found = [free_vibrations(record, _link(rig)) for record in (whole, torn)]
+    assert [hold.frequency_Hz for hold in found[1]] == [hold.frequency_Hz for hold in found[0][1:]]
+    assert len(torn.acceleration) == len(whole.acceleration)
