@@ -100,7 +100,12 @@ def _bounds(figure: Figure, found: Identification) -> None:
     axes = figure.subplots(2, len(found.bounds), sharex=True, squeeze=False)
     for column, each in enumerate(found.bounds):
         spread_dB, spread_deg = each.spread
-        _band(axes[0, column], each.frequencies_Hz, each.magnitude_dB, f"{_VARIED[each.varied]} ({each.count}): {spread_dB:.1f} dB")
+        _band(
+            axes[0, column],
+            each.frequencies_Hz,
+            each.magnitude_dB,
+            f"{each.family}: {_VARIED[each.varied]} ({each.count}): {spread_dB:.1f} dB",
+        )
         _band(axes[1, column], each.frequencies_Hz, each.phase_deg, f"{spread_deg:.0f} degrees")
         axes[1, column].set_xlabel("frequency / Hz")
     axes[0, 0].set_ylabel("dB re 1 rad/V or 1 m/V")
@@ -154,7 +159,8 @@ def summary(found: Identification, si: bool = False) -> list[str]:
 def _summary(found: Identification) -> list[str]:
     lines = [_response_line(found.rig, response) for response in found.responses]
     lines += [
-        f"bounds over {_VARIED[b.varied]} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees" for b in found.bounds
+        f"{b.family}: bounds over {_VARIED[b.varied]} ({b.count} responses): {b.spread[0]:.1f} dB, {b.spread[1]:.0f} degrees"
+        for b in found.bounds
     ]
     for link in found.links:
         lines += [

@@ -67,7 +67,12 @@ def as_dict(found: Identification) -> dict[str, Any]:
         "logs": found.hashes,
         "responses": [{**_response(each.measured), "fit": _fit(each)} for each in found.responses],
         "bounds": [
-            {"varied": each.varied, "count": each.count, "spread_dB": each.spread[0], "spread_deg": each.spread[1]} for each in found.bounds
+            {
+                **{name: getattr(each, name) for name in ("joint", "on", "varied", "count")},
+                "spread_dB": each.spread[0],
+                "spread_deg": each.spread[1],
+            }
+            for each in found.bounds
         ],
         "links": [_link_numbers(link) for link in found.links],
         "oil": {joint: [{name: getattr(row, name) for name in row.__slots__} for row in rows] for joint, rows in found.oil.items()},

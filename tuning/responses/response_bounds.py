@@ -17,8 +17,11 @@ SAME = {"amplitude": 1e-3, "extension_m": 0.02, "position": 0.02, "oil_C": 2.0, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounds:
-    """Lowest and highest magnitude (dB of rad or m per V) and phase (degrees) of the responses among which only `varied` differs."""
+    """Of one joint excited one way: lowest and highest magnitude (dB of rad or m per V) and phase (degrees) of the responses among which
+    only `varied` differs."""
 
+    joint: str
+    on: str
     varied: str
     count: int
     frequencies_Hz: Floats
@@ -32,24 +35,39 @@ class Bounds:
         lag, lead = self.phase_deg
         return float(np.max(high - low)), float(np.max(lead - lag))
 
+    @property
+    def family(self) -> str:
+        return f"{self.joint}, {self.on}"
+
 
 def bounds(responses: Sequence[FrequencyResponse]) -> list[Bounds]:
-    """One entry for every condition that was varied alone, and one over all (`all`); multisines where there are any, else sweeps."""
+    """For each joint and what was excited, one entry for every condition that was varied alone, and one over all (`all`); multisines
+    where there are any, else sweeps."""
+    families: dict[tuple[str, str], list[FrequencyResponse]] = {}
+    for each in responses:
+        families.setdefault((each.conditions.joint, each.conditions.on), []).append(each)
+    return [entry for family in families.values() for entry in _of_family(family)]
+
+
+def _of_family(responses: Sequence[FrequencyResponse]) -> list[Bounds]:
     best = [each for each in responses if each.source == "multisine"] or list(responses)
-    groups = [(name, max(([each for each in best if _alone(each, base, name)] for base in best), key=len, default=[])) for name in VARIED]
-    found = [_bounds(name, group) for name, group in (*groups, ("all", best))]
-    return [each for each in found if each is not None and each.count > 1]
+    groups = [(name, max((_alone(best, base, name) for base in best), key=len)) for name in VARIED]
+    found = [_bounds(name, group) for name, group in (*groups, ("all", best)) if len(group) > 1]
+    return [each for each in found if each is not None]
 
 
-def _alone(response: FrequencyResponse, base: FrequencyResponse, varied: str) -> bool:
-    """Whether nothing but `varied` differs; what was measured on neither (NaN) does not."""
+def _alone(responses: Sequence[FrequencyResponse], base: FrequencyResponse, varied: str) -> list[FrequencyResponse]:
+    """The base and the responses that differ from it in `varied` and in nothing else."""
+    return [each for each in responses if each is base or _differing(each, base) == {varied}]
+
+
+def _differing(response: FrequencyResponse, base: FrequencyResponse) -> set[str]:
+    """In what conditions two responses differ; what was not measured (NaN) does not."""
     here, there = response.conditions, base.conditions
-    return not any(abs(getattr(here, name) - getattr(there, name)) > SAME[name] for name in VARIED if name != varied)
+    return {name for name in VARIED if abs(getattr(here, name) - getattr(there, name)) > SAME[name]}
 
 
 def _bounds(varied: str, responses: Sequence[FrequencyResponse]) -> Bounds | None:
-    if not responses:
-        return None
     low, high = max(each.frequencies_Hz[0] for each in responses), min(each.frequencies_Hz[-1] for each in responses)
     if low >= high:
         return None
@@ -57,4 +75,6 @@ def _bounds(varied: str, responses: Sequence[FrequencyResponse]) -> Bounds | Non
     magnitude = np.array([np.interp(grid, each.frequencies_Hz, 20.0 * np.log10(np.abs(each.response))) for each in responses])
     phase = np.array([np.interp(grid, each.frequencies_Hz, np.degrees(np.unwrap(np.angle(each.response)))) for each in responses])
     phase -= 360.0 * np.round((phase[:, :1] - phase[0, 0]) / 360.0)
-    return Bounds(varied, len(responses), grid, (magnitude.min(axis=0), magnitude.max(axis=0)), (phase.min(axis=0), phase.max(axis=0)))
+    levels, angles = (magnitude.min(axis=0), magnitude.max(axis=0)), (phase.min(axis=0), phase.max(axis=0))
+    at = responses[0].conditions
+    return Bounds(at.joint, at.on, varied, len(responses), grid, levels, angles)

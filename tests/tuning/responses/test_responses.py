@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi, radians
+from typing import Any
 
 import numpy as np
 import pytest
@@ -150,17 +151,26 @@ def test_only_the_same_lines_under_the_same_conditions_are_averaged(rig: Rig) ->
         combined([groups[0][0], groups[1][0]])
 
 
-def test_bounds_hold_every_response_that_differs_in_one_condition() -> None:
+def _scaled(share: float, **changes: Any) -> FrequencyResponse:
     f = np.geomspace(0.5, 8.0, 30)
+    at = replace(CONDITIONS, **changes)
+    return FrequencyResponse("sweep", at, f, share * EQ4(2j * pi * f), np.full(30, 0.01), np.ones(30), np.ones(30))
 
-    def scaled(share: float, **changes: float) -> FrequencyResponse:
-        at = ResponseConditions(**{**{name: getattr(CONDITIONS, name) for name in CONDITIONS.__slots__}, **changes})  # type: ignore[arg-type]
-        return FrequencyResponse("sweep", at, f, share * EQ4(2j * pi * f), np.full(30, 0.01), np.ones(30), np.ones(30))
 
-    found = {each.varied: each for each in bounds([scaled(1.0), scaled(0.8, amplitude=0.1), scaled(1.2, oil_C=20.0)])}
+def test_bounds_hold_every_response_that_differs_in_one_condition() -> None:
+    found = {each.varied: each for each in bounds([_scaled(1.0), _scaled(0.8, amplitude=0.1), _scaled(1.2, oil_C=20.0)])}
     assert set(found) == {"amplitude", "oil_C", "all"}
     assert found["amplitude"].spread == (pytest.approx(20 * np.log10(1 / 0.8)), pytest.approx(0.0, abs=1e-9))
     assert found["all"].spread[0] == pytest.approx(20 * np.log10(1.2 / 0.8))
+
+
+def test_bounds_are_of_one_joint_excited_one_way_and_of_what_really_varied() -> None:
+    """rad/V beside m/V is no spread; two responses at the same amplitude say nothing of the amplitude."""
+    responses = [_scaled(1.0), _scaled(0.9), _scaled(0.5, oil_C=20.0), _scaled(0.07, joint="prismatic"), _scaled(3.0, on="reference")]
+    found = {(each.joint, each.on, each.varied): each for each in bounds(responses)}
+    assert set(found) == {("rotary", "command", "oil_C"), ("rotary", "command", "all")}
+    assert found["rotary", "command", "all"].spread[0] == pytest.approx(20 * np.log10(2.0))
+    assert found["rotary", "command", "oil_C"].count == 3
 
 
 def test_a_multisine_that_is_no_whole_number_of_cycles_is_refused() -> None:
