@@ -20,6 +20,7 @@ from tuning.eq4 import NUMERATOR, PRODUCT_PER_S2, SUM_PER_S
 from tuning.responses.frequency_response import FrequencyResponse
 
 LEAST_SIGMA = 0.005  # no response is believed better than this
+OUTLIER_SIGMAS = 3.0  # of a complex value; a line further off counts less
 START = (log(radians(NUMERATOR)), log(SUM_PER_S), log(PRODUCT_PER_S2))  # Eq 4 in radians per volt
 LINK_START = (0.97, 0.02, 0.1)  # ω_p/ω_z and the two damping ratios
 # What a hydraulic joint can be: without limits the fit takes the joint's poles for the link's. Factors either side for gain, damping and
@@ -83,13 +84,13 @@ def fit_joint(response: FrequencyResponse, clamped_Hz: float | None = None, band
 
 def fitted(lines: Lines, names: Sequence[str], form: Form, guess: Floats, limits: tuple[Floats, Floats]) -> tuple[JointFit, float]:
     """The fit of a form to lines from a guess of its logarithms, and what is left of the weighted squares."""
-    weight = 1.0 / np.maximum(lines.sigma, LEAST_SIGMA)
+    weight = sqrt(2.0) / np.maximum(lines.sigma, LEAST_SIGMA)  # sigma is a complex value's: either part has 1/√2 of it
 
     def misfit(parameters: Floats) -> Floats:
         error = np.log(lines.measured / form(parameters, lines.omega))
         return np.concatenate([weight * error.real, weight * error.imag])
 
-    best = least_squares(misfit, guess, bounds=limits, loss="soft_l1", f_scale=3.0)
+    best = least_squares(misfit, guess, bounds=limits, loss="soft_l1", f_scale=sqrt(2.0) * OUTLIER_SIGMAS)
     left = np.log(lines.measured / form(best.x, lines.omega))
     found = JointFit(
         dict(zip(names, np.exp(best.x).tolist(), strict=True)),
