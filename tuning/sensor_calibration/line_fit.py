@@ -1,7 +1,9 @@
 """value = offset + scale × counts by least squares over points at known values, with what limits how far it can be believed.
 
-Expanded uncertainty of one reading (k = 2, GUM 6.2.1): twice the root of the sum of squares of the standard deviation about the line
-(with more than two points), of the readings' noise, of the reference, and of a count's rounding, |scale| / sqrt(12).
+Expanded uncertainty of one reading between the points (95.45 %, as k = 2 has it of many points): Student's t times the root of the sum
+of squares of what the points scatter by about the line, s √(1 + 1/n + (x − x̄)²/Sxx) at the outermost point (N. Draper and H. Smith,
+Applied Regression Analysis, 1998, 3.1), of the readings' noise, of the reference, and of a count's rounding, |scale| / sqrt(12). Degrees
+of freedom by Welch and Satterthwaite (GUM G.4.2): s has n − 2. Two points scatter by nothing; only a stated reference tells of theirs.
 """
 
 from __future__ import annotations
@@ -11,12 +13,14 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+from scipy.special import stdtrit
 
 from config.errors import ConfigError, Refusal
+from tuning.arrays import Floats
 
 LEAST_COUNTS = 100  # between the outermost points: rounding then turns the scale by less than 1 %
 NOISE_SHARE, RESIDUAL_SHARE = 0.001, 0.005  # of the span of the known values, unless the user says otherwise
-K = 2.0
+TWO_SIGMAS = 0.97725  # of a normal distribution lie below
 _OF_A_COUNT = 1e-6  # less is what the arithmetic leaves
 
 
@@ -41,14 +45,15 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class SensorCalibration:
-    """`residuals`: known value less the line's, by point. `noise`: pooled standard deviation of one reading, as a value."""
+    """`residuals`: known value less the line's, by point. `noise`: pooled standard deviation of one reading, as a value.
+    `uncertainty`: None where two points and no reference leave it unknown."""
 
     points: tuple[ReferencePoint, ...]
     scale: float
     offset: float
     residuals: tuple[float, ...]
     noise: float
-    uncertainty: float
+    uncertainty: float | None
 
     @property
     def span(self) -> float:
@@ -75,12 +80,24 @@ def calibrated(points: Sequence[ReferencePoint], limits: Limits, unit: str, wher
     residuals = values - (offset + scale * counts)
     residuals[np.abs(residuals) < _OF_A_COUNT * abs(scale)] = 0.0
     noise = abs(scale) * _pooled(points)
-    about_line = sqrt(float(residuals @ residuals) / (len(points) - 2)) if len(points) > 2 else 0.0
-    parts = (about_line, noise, limits.reference, abs(scale) / sqrt(12))
-    uncertainty = K * sqrt(sum(part**2 for part in parts))
+    known = noise**2 + limits.reference**2 + scale**2 / 12.0
+    uncertainty = _expanded(counts, residuals, known, limits.reference)
     found = SensorCalibration(tuple(points), float(scale), float(offset), tuple(map(float, residuals)), float(noise), uncertainty)
     _refuse([*_of_line(found, limits, unit, where)], where)
     return found
+
+
+def _expanded(counts: Floats, residuals: Floats, known: float, reference: float) -> float | None:
+    """`known`: variance of one reading beside that of the points about the line."""
+    away = counts - counts.mean()
+    of_the_line = 1.0 / len(counts) + float(np.max(away**2) / (away @ away))
+    free = len(counts) - 2
+    if not free:
+        return 2.0 * sqrt(known + of_the_line * reference**2) if reference else None
+    scatter = (1.0 + of_the_line) * float(residuals @ residuals) / free
+    if not scatter:
+        return 2.0 * sqrt(known)
+    return float(stdtrit(free * ((known + scatter) / scatter) ** 2, TWO_SIGMAS)) * sqrt(known + scatter)
 
 
 def _pooled(points: Sequence[ReferencePoint]) -> float:

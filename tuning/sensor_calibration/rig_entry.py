@@ -25,7 +25,7 @@ def calibration_entry(
         "calibrated_on": str(today),
         "valid_until": str(today + datetime.timedelta(days=valid_days)),
         "by": json.dumps(f"{by}: {points}", ensure_ascii=False),
-        "uncertainty": f"{found.uncertainty:.3g} {difference}",
+        **({"uncertainty": f"{found.uncertainty:.3g} {difference}"} if found.uncertainty is not None else {}),
         "on_expiry": before.on_expiry,
     }
     return "{" + ", ".join(f"{key}: {value}" for key, value in parts.items()) + "}"

@@ -182,6 +182,8 @@ def _report(arguments: argparse.Namespace, found: SensorCalibration, loaded: Loa
         print("The sign turns.")
     if len(found.points) == 2:
         print("Two points always lie on a line: a third shows whether the sensor is straight.")
+    if found.uncertainty is None:
+        print("uncertainty: not known, and left out; next: a third --at, or --reference-uncertainty VALUE.")
     print(f"signals:\n  {arguments.sensor}:\n    calibration: {entry}")
     if output is None:
         print(f"not written; next: the same with --write, or -o FILE; then `longreach check {arguments.rig}`")

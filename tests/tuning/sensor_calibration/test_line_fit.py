@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.stats import norm, t
 
 from config.errors import ConfigError
 from tuning.sensor_calibration.line_fit import Limits, ReferencePoint, calibrated
@@ -34,8 +35,30 @@ def test_the_line_is_the_textbooks() -> None:
     )
     np.testing.assert_allclose([found.scale, found.offset], [0.95e-6, 0.05e-3])
     np.testing.assert_allclose(found.residuals, [-0.05e-3, 0.1e-3, -0.05e-3], atol=1e-12)
-    about_line = np.sqrt(1.5e-8)  # one degree of freedom
-    np.testing.assert_allclose(found.uncertainty, 2 * np.hypot(about_line, 0.95e-6 / np.sqrt(12)))
+    about_line = 1.5e-8 * (1 + 1 / 3 + 1 / 2)  # at the ends; one degree of freedom
+    rounding = 0.95e-6**2 / 12
+    free = (about_line + rounding) ** 2 / about_line**2
+    assert found.uncertainty == pytest.approx(t.ppf(norm.cdf(2.0), free) * np.sqrt(about_line + rounding), rel=1e-4)
+
+
+@pytest.mark.parametrize("points", [3, 4, 8])
+def test_the_uncertainty_covers_19_of_20_however_few_the_points(points: int) -> None:
+    """Known values that are set with a scatter of 0.1 mm, one reading each: the next one at the end of the span lies within it."""
+    random = np.random.default_rng(points)
+    true, inside = np.linspace(0.0, 0.2, points), 0
+    for _ in range(3000):
+        known = true + random.normal(0.0, 1e-4, points)
+        found = calibrated([ReferencePoint(*pair) for pair in zip(known, true / 1e-6, strict=True)], Limits(residual=1.0), "m", WHERE)
+        assert found.uncertainty is not None
+        inside += abs(found.offset + found.scale * 0.2 / 1e-6 - (0.2 + random.normal(0.0, 1e-4))) < found.uncertainty
+    assert inside / 3000 == pytest.approx(0.9545, abs=0.012)
+
+
+def test_two_points_say_nothing_of_the_uncertainty_unless_the_reference_does() -> None:
+    """Both known values with 0.1 mm: the line's at an end is 0.1 mm, the next value's as much again."""
+    points = [ReferencePoint(0.0, 0.0), ReferencePoint(0.2, 200_000.0)]
+    assert calibrated(points, Limits(), "m", WHERE).uncertainty is None
+    assert calibrated(points, Limits(reference=1e-4), "m", WHERE).uncertainty == pytest.approx(2e-4 * np.sqrt(2.0), rel=1e-4)
 
 
 def test_the_uncertainty_covers_the_next_readings() -> None:
@@ -48,6 +71,7 @@ def test_the_uncertainty_covers_the_next_readings() -> None:
         points = [ReferencePoint(value, float(r.mean()), float(r.std(ddof=1)), 50) for value, r in zip(at, readings, strict=True)]
         found = calibrated(points, Limits(noise=1.0, residual=1.0), "m", WHERE)
         true = random.uniform(0, 0.2)
+        assert found.uncertainty is not None
         inside += abs(found.offset + found.scale * random.normal(true / scale, noise) - true) < found.uncertainty
     assert 0.92 < inside / 400 < 0.99
 
