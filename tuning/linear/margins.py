@@ -16,7 +16,11 @@ import numpy as np
 from tuning.arrays import Complexes, Floats
 
 LoopResponse = Callable[[Floats], Complexes]  # L(jω) at frequencies in rad/s
-GRID_HZ = (0.01, 200.0, 500)  # between its points python-control interpolates by splines: 1e-6 dB and degrees off on a smooth loop
+GRID_HZ = (
+    0.01,
+    200.0,
+    500,
+)  # for a joint of the paper's pace; between its points python-control interpolates by splines: 1e-6 dB and degrees off on a smooth loop
 _JUST_AFTER = 1.0001  # a two-hundredth of the grid's step
 
 
@@ -34,10 +38,10 @@ class Margins:
     sensitivity_peak: float
 
 
-def margins(loop: LoopResponse) -> Margins:
-    """Smallest margins of all crossovers between 0.01 and 200 Hz, largest 1/|1 + L|. The loop without feedback must be stable, but for
-    integrators."""
-    omega = 2.0 * pi * np.geomspace(*GRID_HZ)
+def margins(loop: LoopResponse, pace: float = 1.0) -> Margins:
+    """Smallest margins of all crossovers between 0.01 and 200 Hz, largest 1/|1 + L|; of a joint `pace` times as fast as the paper's,
+    so many times as high. The loop without feedback must be stable, but for integrators."""
+    omega = grid(pace)
     response = loop(omega)
     measured = control.frd(response, omega, smooth=True)
     gain, phase, distance, at, crossover, _ = control.stability_margins(measured, returnall=True)
@@ -50,6 +54,11 @@ def margins(loop: LoopResponse) -> Margins:
         gain_margin_dB,
         float(1.0 / min(*distance, *np.abs(1.0 + response))),
     )
+
+
+def grid(pace: float) -> Floats:
+    """Frequencies in rad/s."""
+    return np.asarray(2.0 * pi * pace * np.geomspace(*GRID_HZ), dtype=np.float64)
 
 
 def _passages(measured: control.FrequencyResponseData, first: complex, gain: Floats, at: Floats) -> tuple[Floats, Floats]:

@@ -28,7 +28,7 @@ from config.whole_file import whole_file
 from tuning.linear.family import GAINS, sampled_compensator
 from tuning.linear.linear_arm import linear_arm
 from tuning.linear.linear_axis import axis_states
-from tuning.linear.margins import GRID_HZ
+from tuning.linear.margins import grid
 from tuning.loop_design.arm_design import DELAY_CYCLES, ArmDesign, kept_damping, operating_points
 from tuning.loop_design.axis_design import DELAY_PERIODS, axis_places
 from tuning.loop_design.measured_plant import MeasuredPlant
@@ -92,7 +92,7 @@ class ExportedDesign:
 def design_systems(rig: Rig, found: ArmDesign) -> ExportedDesign:
     """The chosen compensator with all the plants that it was judged on."""
     servo, period_s, oil = found.chosen.servo, 1.0 / rig.loop.rate_Hz, plant_of(rig).oil
-    omega = 2.0 * pi * np.geomspace(*GRID_HZ)
+    omega = grid(found.problem.pace)
     measured = [plant for plant in found.problem.plants if isinstance(plant, MeasuredPlant)]
     keep = exp(-2.0 * pi * servo.roll_off_Hz * period_s) if servo.roll_off_Hz > 0.0 else 0.0
     flexible, rigid = _of_arm(rig, rig.link_mode, found.problem.pace) if rig.link_mode is not None else _of_axis(rig)

@@ -84,7 +84,7 @@ def stiffness_gain_dB(problem: DesignProblem, servo: Servo) -> float:
 
 def evaluate(problem: DesignProblem, servo: Servo) -> Design:
     """The figures of one servo."""
-    found = [margins(_Loop(servo, plant)) for plant in problem.plants]
+    found = [margins(_Loop(servo, plant), problem.pace) for plant in problem.plants]
     worst = Margins(
         max(m.crossover_Hz for m in found),
         min(m.phase_margin_deg for m in found),

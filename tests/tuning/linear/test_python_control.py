@@ -36,6 +36,14 @@ def test_margins_of_an_integrator_with_dead_time(gain: float, delay_s: float) ->
     assert found.gain_margin_dB == pytest.approx(20 * log10(pi / (2 * gain * delay_s)), abs=1e-5)
 
 
+@pytest.mark.parametrize("pace", [0.1, 1.0, 30.0])
+def test_margins_of_a_faster_joint_are_the_same_at_higher_frequencies(pace: float) -> None:
+    """K e^{−sT}/s with K times and T over the pace: π/(2KT) stays, 8.3 Hz times the pace is where it crosses −180°."""
+    found = margins(lambda w: pace * 20.0 * np.exp(-1j * w * 0.03 / pace) / (1j * w), pace)
+    assert found.gain_margin_dB == pytest.approx(20 * log10(pi / (2 * 20.0 * 0.03)), abs=1e-5)
+    assert found.crossover_Hz == pytest.approx(pace * 20.0 / (2 * pi), rel=1e-7)
+
+
 @pytest.mark.parametrize("damping", [0.1, 0.3, 0.7])
 def test_margins_of_a_second_order_loop(damping: float) -> None:
     """ω²/(s (s + 2ζω)), e.g. Ogata: phase margin atan(2ζ/√(√(1 + 4ζ⁴) − 2ζ²)), largest |S|² = (1 + x)/x with x from dM²/dω = 0."""
