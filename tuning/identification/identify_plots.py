@@ -214,4 +214,5 @@ def _response_line(rig: Rig, response: Response) -> str:
         named |= {"natural frequency (Hz)": (response.fit.natural_Hz, 0.5 * sure["stiffness"])}
         named |= {name: (values[name], sure[name]) for name in VALVE_NAMES if sure[name] < 1.0}  # a quick one is not seen in the band
     numbers = ", ".join(f"{name} {value:.4g} ± {100 * share:.0f} %" for name, (value, share) in named.items())
-    return f"{head}; {numbers}; fit within {response.fit.worst_dB:.1f} dB, {response.fit.worst_deg:.0f} degrees"
+    limited = f"; at a limit of the fit, so not known: {', '.join(response.fit.at_limit)}" if response.fit.at_limit else ""
+    return f"{head}; {numbers}; fit within {response.fit.worst_dB:.1f} dB, {response.fit.worst_deg:.0f} degrees{limited}"

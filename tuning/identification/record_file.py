@@ -161,6 +161,7 @@ def _fit(response: Response) -> dict[str, Any] | None:
         "uncertainty": fit.uncertainty,
         "worst_dB": fit.worst_dB,
         "worst_deg": fit.worst_deg,
+        "at_limit": list(fit.at_limit),
     }
 
 

@@ -13,7 +13,17 @@ import numpy as np
 
 from tuning.arrays import Floats
 from tuning.responses.frequency_response import FrequencyResponse
-from tuning.responses.response_fit import NAMES, VALVE_NAMES, JointFit, Lines, believed_lines, enough_lines, fitted, with_valve
+from tuning.responses.response_fit import (
+    NAMES,
+    VALVE_NAMES,
+    JointFit,
+    Lines,
+    believed_lines,
+    best_fit,
+    enough_lines,
+    lags_half_a_turn,
+    with_valve,
+)
 
 STARTS = ((1.3, 0.8), (1.1, 1.5), (1.0, 5.0))  # load and valve, over the frequency of 180 degrees
 LOAD_DAMPING, VALVE_DAMPING = 0.1, 0.8  # of the guess
@@ -26,25 +36,15 @@ def fit_axis(response: FrequencyResponse) -> JointFit:
     lines = believed_lines(response)
     names = (*NAMES, *VALVE_NAMES)
     enough_lines(lines, len(names), response)
-    found = []
-    for load, valve in STARTS:
-        guess = _guess(lines, load, valve)
-        found.append(fitted(lines, names, with_valve, guess, _limits(guess)))
-    best, _ = min(found, key=lambda one: one[1])
-    return best
+    guesses = [_guess(lines, load, valve) for load, valve in STARTS]
+    return best_fit(lines, names, with_valve, [(guess, _limits(guess)) for guess in guesses])
 
 
 def _guess(lines: Lines, load: float, valve: float) -> Floats:
-    omega = _lags_half_a_turn(lines)
+    omega = lags_half_a_turn(lines)
     velocity_gain = float(np.median((np.abs(lines.measured) * lines.omega)[: max(3, len(lines.omega) // 4)]))
     square = (load * omega) ** 2
     return np.log([velocity_gain * square, 2.0 * LOAD_DAMPING * load * omega, square, valve * omega / (2.0 * pi), VALVE_DAMPING])
-
-
-def _lags_half_a_turn(lines: Lines) -> float:
-    """rad/s; the last line where the response never lags so much."""
-    beyond = np.flatnonzero(np.unwrap(np.angle(lines.measured)) < -pi)
-    return float(lines.omega[beyond[0] if len(beyond) else -1])
 
 
 def _limits(guess: Floats) -> tuple[Floats, Floats]:

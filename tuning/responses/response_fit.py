@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import degrees, log, pi, radians, sqrt
+from math import degrees, log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -16,17 +16,18 @@ from scipy.optimize import least_squares
 
 from config.errors import LogError
 from tuning.arrays import Complexes, Floats
-from tuning.eq4 import NUMERATOR, PRODUCT_PER_S2, SUM_PER_S
 from tuning.responses.frequency_response import FrequencyResponse
 
 LEAST_SIGMA = 0.005  # no response is believed better than this
 OUTLIER_SIGMAS = 3.0  # of a complex value; a line further off counts less
-START = (log(radians(NUMERATOR)), log(SUM_PER_S), log(PRODUCT_PER_S2))  # Eq 4 in radians per volt
+STARTS = (1.0, 2.0, 5.0)  # natural frequency over that of 180 degrees, or over the last line where no line lags so much
+DAMPING = (0.01, 5.0)  # ratio, beside the guess of the natural frequency
+BESIDE_LINK = 1.4  # a line less than so many times away from the link's frequency says little of the joint
 LINK_START = (0.97, 0.02, 0.1)  # ω_p/ω_z and the two damping ratios
-# What a hydraulic joint can be: without limits the fit takes the joint's poles for the link's. Factors either side for gain, damping and
-# stiffness; the antiresonance within 15 % of what the link's constants say. (A hydraulic joint is nearly a source of velocity: the
+# What a hydraulic joint can be: without limits the fit takes the joint's poles for the link's. Factors either side of the guess for gain
+# and stiffness; the antiresonance within 15 % of what the link's constants say. (A hydraulic joint is nearly a source of velocity: the
 # resonance lies close to the antiresonance, often a little below it, not where it would be with a free hub.)
-JOINT_FACTORS, ZERO_SHARE = (30.0, 10.0, 10.0), 0.15
+GAIN_FACTOR, STIFFNESS_FACTOR, ZERO_SHARE = 30.0, 10.0, 0.15
 LINK_LIMITS = ((0.7, 4.0), (1e-3, 0.3), (1e-3, 1.0))
 LARGEST_SIGMA = 0.3  # a less certain line is not used
 NAMES, LINK_NAMES = ("gain", "damping", "stiffness"), ("antiresonance_Hz", "resonance_ratio", "antiresonance_damping", "resonance_damping")
@@ -39,12 +40,14 @@ class JointFit:
     """K in rad (or m) per V·s³, a in 1/s, b in 1/s², by name in `values`, with two standard deviations in `uncertainty` (relative);
     with the link also its four numbers, of a single axis its valve's two. `velocity_gain` = K/b (per V·s) and `lag_s` = a/b are known
     better than the three, which compensate each other; they are what a feed-forward needs.
-    Errors left: largest over the band, in dB and degrees."""
+    Errors left: largest over the band, in dB and degrees. `at_limit`: numbers that ended on a limit of the fit, so that it says no more
+    than that they lie there or beyond."""
 
     values: dict[str, float]
     uncertainty: dict[str, float]
     worst_dB: float
     worst_deg: float
+    at_limit: tuple[str, ...] = ()
 
     @property
     def natural_Hz(self) -> float:
@@ -74,12 +77,41 @@ def fit_joint(response: FrequencyResponse, clamped_Hz: float | None = None, band
     `clamped_Hz`: where the link's antiresonance is expected; None: Eq 4 alone. LogError for fewer lines than parameters.
     """
     lines = believed_lines(response, band_Hz)
-    start = [*START, *([log(clamped_Hz), *np.log(LINK_START)] if clamped_Hz is not None else [])]
-    enough_lines(lines, len(start), response)
-    guess = np.array(start)
-    guess[0] += float(np.median(np.log(np.abs(lines.measured) / np.abs(_model(guess, lines.omega)))))
     names = (*NAMES, *(LINK_NAMES if clamped_Hz is not None else ()))
-    return fitted(lines, names, _model, guess, _limits(guess))[0]
+    enough_lines(lines, len(names), response)
+    link = [] if clamped_Hz is None else [log(clamped_Hz), *np.log(LINK_START)]
+    guesses = [np.array([*_joint_guess(_beside(lines, clamped_Hz), start), *link]) for start in STARTS]
+    return best_fit(lines, names, _model, [(guess, _limits(guess)) for guess in guesses])
+
+
+def best_fit(lines: Lines, names: Sequence[str], form: Form, starts: Sequence[tuple[Floats, tuple[Floats, Floats]]]) -> JointFit:
+    """The one of several guesses, each with its limits, that leaves least."""
+    return min((fitted(lines, names, form, *start) for start in starts), key=lambda one: one[1])[0]
+
+
+def _beside(lines: Lines, clamped_Hz: float | None) -> Lines:
+    """The lines that the link leaves alone; all where that is fewer than three."""
+    if clamped_Hz is None:
+        return lines
+    away = np.abs(np.log(lines.omega / (2.0 * pi * clamped_Hz))) > log(BESIDE_LINK)
+    return Lines(lines.omega[away], lines.measured[away], lines.sigma[away]) if np.count_nonzero(away) >= 3 else lines
+
+
+def _joint_guess(lines: Lines, start: float) -> Floats:
+    """Logarithms of gain, damping and stiffness: velocity gain and lag as the lowest lines have them."""
+    natural = start * lags_half_a_turn(lines)
+    low = slice(0, max(3, len(lines.omega) // 4))
+    velocity = (1j * lines.omega * lines.measured)[low]
+    lag_s = float(np.median(-np.angle(velocity) / lines.omega[low]))
+    low_damping, high_damping = DAMPING
+    damping = float(np.clip(0.5 * lag_s * natural, 2.0 * low_damping, 0.5 * high_damping))  # friction makes slow lines lead
+    return np.log([float(np.median(np.abs(velocity))) * natural**2, 2.0 * damping * natural, natural**2])
+
+
+def lags_half_a_turn(lines: Lines) -> float:
+    """rad/s; the last line where the response never lags so much."""
+    beyond = np.flatnonzero(np.unwrap(np.angle(lines.measured)) < -pi)
+    return float(lines.omega[beyond[0] if len(beyond) else -1])
 
 
 def fitted(lines: Lines, names: Sequence[str], form: Form, guess: Floats, limits: tuple[Floats, Floats]) -> tuple[JointFit, float]:
@@ -97,6 +129,7 @@ def fitted(lines: Lines, names: Sequence[str], form: Form, guess: Floats, limits
         _uncertainty(names, best.jac, misfit(best.x)),
         float(np.max(np.abs(left.real))) * 20.0 / log(10.0),
         degrees(float(np.max(np.abs(left.imag)))),
+        tuple(name for name, on in zip(names, best.active_mask, strict=True) if on),
     )
     return found, float(best.cost)
 
@@ -135,8 +168,13 @@ def _uncertainty(names: Sequence[str], jacobian: Floats, residuals: Floats) -> d
 
 def _limits(guess: Floats) -> tuple[Floats, Floats]:
     """Lower and upper limits of the logarithms."""
-    spans = [(-log(factor), log(factor)) for factor in JOINT_FACTORS]
-    limits = [(middle + low, middle + high) for middle, (low, high) in zip(guess[:3], spans, strict=True)]
+    gain, _, stiffness = guess[:3]
+    twice_natural = log(2.0) + 0.5 * stiffness
+    limits = [
+        (gain - log(GAIN_FACTOR), gain + log(GAIN_FACTOR)),
+        (twice_natural + log(DAMPING[0]), twice_natural + log(DAMPING[1])),
+        (stiffness - log(STIFFNESS_FACTOR), stiffness + log(STIFFNESS_FACTOR)),
+    ]
     if len(guess) > 3:
         limits += [(guess[3] + log(1.0 - ZERO_SHARE), guess[3] + log(1.0 + ZERO_SHARE)), *((log(a), log(b)) for a, b in LINK_LIMITS)]
     low, high = np.array(limits).T

@@ -116,6 +116,29 @@ def test_the_fit_finds_the_three_numbers_of_eq_4() -> None:
     assert fit.worst_dB < 0.5
 
 
+@pytest.mark.parametrize("natural_Hz", [1.5, 12.5, 60.0])
+@pytest.mark.parametrize("damping", [0.1, 0.9])
+@pytest.mark.parametrize("velocity_gain", [0.01, 5.0])
+def test_a_joint_of_any_pace_is_found(natural_Hz: float, damping: float, velocity_gain: float) -> None:
+    """Eq 4's form a tenth and five times as fast as the paper's, measured to twice its natural frequency."""
+    f, omega = np.geomspace(0.02 * natural_Hz, 2.0 * natural_Hz, 40), 2 * pi * natural_Hz
+    s = 2j * pi * f
+    measured = velocity_gain * omega**2 / (s * (s**2 + 2 * damping * omega * s + omega**2))
+    fit = fit_joint(FrequencyResponse("multisine", CONDITIONS, f, measured, np.full(40, 0.01), np.ones(40), np.ones(40)))
+    assert (fit.natural_Hz, fit.damping_ratio) == (pytest.approx(natural_Hz, rel=1e-3), pytest.approx(damping, rel=1e-3))
+    assert fit.velocity_gain == pytest.approx(velocity_gain, rel=1e-3)
+    assert fit.at_limit == ()
+
+
+def test_what_the_band_does_not_show_is_said_to_end_at_its_limit() -> None:
+    """Far below its resonance a joint is an integrator: that it is no slower than a limit is all that the lines say."""
+    f = np.geomspace(0.1, 2.0, 40)
+    s = 2j * pi * f
+    fit = fit_joint(FrequencyResponse("multisine", CONDITIONS, f, 0.7 / s, np.full(40, 0.001), np.ones(40), np.ones(40)))
+    assert fit.velocity_gain == pytest.approx(0.7, rel=1e-2)
+    assert "stiffness" in fit.at_limit or "damping" in fit.at_limit
+
+
 def test_the_stated_uncertainties_are_what_the_fits_scatter_by() -> None:
     """Two standard deviations over 200 responses whose lines scatter by 2 %, as complex numbers: by 1.4 % in either part."""
     f, random, sigma, found = np.geomspace(0.3, 30.0, 40), np.random.default_rng(6), 0.02, []
