@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from config.errors import LogError
+from config.errors import LogError, UsageError
 from config.loading.load import load_rig
 from daemon.cli.main import main
 from daemon.lockstep import run_lockstep
@@ -133,7 +133,7 @@ def test_a_cut_log_and_one_without_a_plant_get_a_page_that_says_so(tmp_path: Pat
     text = run_page(read_log(cut), 2, simulate=False)
     assert "<b>not valid</b>: the log ends before the run does" in text
     assert "The log was cut" in text
-    with pytest.raises(LogError, match="no such run: 9"):
+    with pytest.raises(UsageError, match="no such run: 9"):
         run_page(read_log(logs[1]), 9, simulate=False)
 
 
