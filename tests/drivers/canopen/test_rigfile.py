@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 
+import pytest
+
 from config.loading.load import load_rig, rig_from_text
 from drivers import registry
 from drivers.canopen.valve_408 import ValveDriver
@@ -27,6 +29,7 @@ def test_the_plant_section_is_the_same_text() -> None:
     assert plant(CAN.text) == plant(load_rig("ornl_testbed").text)
 
 
+@pytest.mark.device_clock
 def test_every_can_device_of_the_rig_comes_up_and_is_read(bench: NodeBench) -> None:
     rig = rig_from_text(CAN.text.replace("interface: socketcan, channel: can0", f"interface: virtual, channel: '{bench.channel}'"))
     rotary, prismatic, tip = EncoderNode(bench, 1), EncoderNode(bench, 2), IoNode(bench, 3)
