@@ -19,8 +19,21 @@ _ENGAGED = (Mode.HOLDING, Mode.RUNNING, Mode.STOPPING)  # a motion that is over 
 
 
 def driving_is_known(log: Log) -> bool:
-    """Whether every set point of the log belongs to a run whose request it holds."""
-    return log.kind == "recorded" and {stamped.point.run for stamped in log.set_points} <= set(_requests(log))
+    """Whether the log holds the request of every run that was driven by hand, and all cycles of its motion: the judge remembers."""
+    requests = _requests(log)
+    owned = {stamped.point.run for stamped in log.set_points} <= set(requests)
+    return log.kind == "recorded" and owned and _has_all_cycles(log, requests)
+
+
+def _has_all_cycles(log: Log, requests: dict[int, RunRequest]) -> bool:
+    """Of motions by hand; what the first row needs of the cycles before is in the controller's state."""
+    if not log.cycles or not requests:
+        return True
+    cycle = log.columns["cycle"].astype(np.int64)
+    first = cycle[0] if log.begun_cycle is None else log.begun_cycle
+    by_hand = (log.columns["segment"] != 0) & np.isin(log.columns["maneuver"], list(requests))
+    seen_from_both_ends = by_hand | np.append(False, by_hand[:-1])  # the last of a motion may be what is missing
+    return bool(np.all(np.diff(cycle, prepend=first - 1)[seen_from_both_ends] == 1))
 
 
 def driving_before(log: Log, rig: Rig, start: int, end: int) -> Iterator[Driving]:

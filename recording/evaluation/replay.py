@@ -24,7 +24,7 @@ from config.loading.load import changed_rig
 from config.schema.rig import Rig
 from recording.files.reader import Log, read_log
 from recording.files.recordings import asked
-from recording.format.fields import CONTROLLER_FIELDS, FIRST_CYCLE, TIP_CORRECTION, field_of_signal
+from recording.format.fields import CONTROLLER_FIELDS, TIP_CORRECTION, field_of_signal
 from servo_control.controller import Controller
 from servo_control.planning.run_request import RunRequest
 from servo_control.servo.oil_compensation import temperature_signals
@@ -166,11 +166,11 @@ def _steps(controller: Controller, log: Log, rig: Rig, end: int) -> Iterator[Out
 
 
 def _require_first_cycle(log: Log) -> None:
-    """The controller's state in the log is that before this cycle. Logs of earlier versions do not name it."""
+    """The controller's state in the log is that before the first cycle of the recording."""
     if not log.cycles:
         raise LogError("the log holds no cycle to re-execute", where=str(log.path), next_step=_says_more(log))
-    first, begun = int(log.columns["cycle"][0]), log.metadata.get("recording", {}).get(FIRST_CYCLE)
-    if begun is not None and str(first) != begun:
+    first, begun = int(log.columns["cycle"][0]), log.begun_cycle
+    if begun not in (None, first):
         what = "the log lacks its first cycles, and the controller's state is only known before these"
         value, advice = f"it begins with cycle {first}", _says_more(log)
         raise LogError(what, value=value, limit=f"cycle {begun}", where=str(log.path), next_step=advice)

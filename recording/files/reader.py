@@ -18,6 +18,7 @@ from config.whole_file import system_advice
 from recording.files.scan import MAGIC, Attached, Content, Damage, Entries, Message, SchemaText, Topic, scan
 from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC, SET_POINT_TOPIC
 from recording.format.event import Event, decode_event
+from recording.format.fields import FIRST_CYCLE
 from recording.format.layout import RecordLayout
 from recording.format.set_point import StampedSetPoint, decode_set_point
 
@@ -59,6 +60,12 @@ class Log:
     def duration_s(self) -> float:
         t = self.columns["t_s"]
         return float(t[-1] - t[0]) if len(t) > 1 else 0.0
+
+    @property
+    def begun_cycle(self) -> int | None:
+        """The cycle before which the controller's state in the log is; None in logs of earlier versions, which do not name it."""
+        begun = self.metadata.get("recording", {}).get(FIRST_CYCLE, "")
+        return int(begun) if begun.isdecimal() else None
 
     def counted(self, column: str) -> int:
         """How much a count that runs since the loop's start grew from the first row to the last."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from daemon.checks.declared.driving_by_hand import CHECKS, FACTS
@@ -157,4 +159,26 @@ def test_a_run_whose_request_is_lost_is_not_judged(tmp_path: Path) -> None:
     log, _ = driven(tmp_path, ended)
     log.attachments.pop("run-1.json")
     unknown = {check["name"] for check in checks_at(log, None).checks if check["ok"] is None}
+    assert {check.name for check in CHECKS} <= unknown
+
+
+def without(log: Log, rows: range) -> Log:
+    columns = {name: np.delete(values, rows) for name, values in log.columns.items()}
+    return replace(log, columns=columns, time_ns=np.delete(log.time_ns, rows))
+
+
+@pytest.mark.parametrize("lost", ["before it", "its beginning", "within it", "its end"])
+def test_a_motion_of_which_cycles_are_lost_is_not_judged(tmp_path: Path, lost: str) -> None:
+    """For the judge remembers; of what is lost before a motion it remembers nothing."""
+    log, _ = driven(tmp_path, ended)
+    first, last = (int(at) for at in np.flatnonzero((log.columns["segment"] != 0) & (log.columns["maneuver"] == 1))[[0, -1]])
+    start = {"before it": first - 30, "its beginning": first - 5, "within it": last - 40, "its end": last - 5}[lost]
+    unknown = {check["name"] for check in checks_at(without(log, range(start, start + 15)), None).checks if check["ok"] is None}
+    assert {check.name for check in CHECKS} & unknown == (set() if lost == "before it" else {check.name for check in CHECKS})
+
+
+def test_a_log_that_begins_within_a_motion_is_judged_from_the_state_in_it_only(tmp_path: Path) -> None:
+    log, _ = driven(tmp_path, ended)
+    first = int(np.flatnonzero(log.columns["segment"])[0])
+    unknown = {check["name"] for check in checks_at(without(log, range(first + 20)), None).checks if check["ok"] is None}
     assert {check.name for check in CHECKS} <= unknown
