@@ -15,13 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from config.errors import LogError, UsageError
+from config.errors import UsageError
 from config.schema.rig import Rig
 from daemon.checks.declared.driving_by_hand import FACTS as DRIVING
 from daemon.checks.interlocks import facts_from_log, interlocks, rig_facts, watches
 from daemon.checks.past_driving import driving_before, driving_is_known
 from daemon.cycle.facts import Facts
 from drivers.contract import Quality
+from recording.files.info import require_cycles
 from recording.files.reader import Log, open_rig
 from recording.files.recordings import asked
 from recording.format.event import Event, Level
@@ -61,9 +62,8 @@ def checks_at(log: Log, t_s: float | None) -> Moment:
 
 
 def _row_at(log: Log, t_s: float | None) -> int:
+    require_cycles(log)
     times = log.columns["t_s"]
-    if not len(times):
-        raise LogError("the log holds no cycle", where=str(log.path), next_step=f"{asked('check', log.path)} says what is in it.")
     if t_s is None:
         return len(times) - 1
     if not times[0] <= t_s <= times[-1]:

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from config.errors import LogError
 from config.stated_sentences import Conversion
 from recording.evaluation.chosen_signals import DEVICE_ENDINGS, ChosenSignal, column_conversions, in_unit
 from recording.evaluation.program_start import plan_of, program_start_s
-from recording.files.info import run_of
+from recording.files.info import require_cycles, run_of
 from recording.files.reader import Log
-from recording.files.recordings import asked
 from recording.format.fields import CYCLE_FIELDS
 
 _LOOP = {entry.name for entry in CYCLE_FIELDS}
@@ -103,9 +101,8 @@ def _chosen(signal: ChosenSignal, rows: npt.NDArray[np.bool_]) -> ChosenSignal:
 
 def _span(log: Log, run: int) -> tuple[float, float, float]:
     """Start, end, and where the program begins."""
+    require_cycles(log)
     t = log.columns["t_s"]
-    if not len(t):
-        raise LogError("the log holds no cycle", where=str(log.path), next_step=f"{asked('check', log.path)} says what is in it.")
     if run == 0:
         return float(t[0]), float(t[-1]), float(t[0])
     found = run_of(log, run)

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from config.errors import LogError
 from config.loading.load import changed_rig
 from config.schema.rig import Rig
+from recording.files.info import require_cycles
 from recording.files.reader import Log, read_log
 from recording.files.recordings import asked
 from recording.format.fields import CONTROLLER_FIELDS, TIP_CORRECTION, field_of_signal
@@ -167,8 +168,7 @@ def _steps(controller: Controller, log: Log, rig: Rig, end: int) -> Iterator[Out
 
 def _require_first_cycle(log: Log) -> None:
     """The controller's state in the log is that before the first cycle of the recording."""
-    if not log.cycles:
-        raise LogError("the log holds no cycle to re-execute", where=str(log.path), next_step=_says_more(log))
+    require_cycles(log, "to re-execute")
     first, begun = int(log.columns["cycle"][0]), log.begun_cycle
     if begun not in (None, first):
         what = "the log lacks its first cycles, and the controller's state is only known before these"

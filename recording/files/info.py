@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from config.errors import UsageError
+from config.errors import LogError, UsageError
 from recording.files.reader import Log
 from recording.files.recordings import asked
 from recording.format.event import Event, Level
@@ -113,6 +113,13 @@ def run_facts(log: Log) -> list[RunFacts]:
     maneuver, mode = log.columns["maneuver"], log.columns["mode"]
     numbers = [int(n) for n in np.unique(maneuver[mode == Mode.RUNNING]) if n]
     return [_run(log, number, np.flatnonzero((maneuver == number) & (mode == Mode.RUNNING))) for number in numbers]
+
+
+def require_cycles(log: Log, purpose: str = "") -> None:
+    """LogError for a log without any. `purpose`: what they are needed for, as "to re-execute"."""
+    if not log.cycles:
+        what = f"the log holds no cycle {purpose}".rstrip()
+        raise LogError(what, where=str(log.path), next_step=f"{asked('check', log.path)} says what is in it.")
 
 
 def run_of(log: Log, number: int) -> RunFacts:

@@ -154,7 +154,7 @@ def _readings(source: Any, channel: int, arguments: argparse.Namespace) -> list[
 
     missed = 0
     found: list[float] = []
-    while len(found) < max(1, arguments.readings):
+    while len(found) < arguments.readings:
         value = source.read()[channel]
         if isinstance(value, float):
             found.append(value)

@@ -7,11 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from config.errors import LogError, UsageError
+from config.errors import UsageError
 from daemon.checks.interlocks import rig_facts
-from recording.files.info import RunFacts, run_facts
+from recording.files.info import RunFacts, require_cycles, run_facts
 from recording.files.reader import Log, open_rig
-from recording.files.recordings import asked
 
 _FIRST, _LAST = 0.01, 1000.0  # of the speed
 
@@ -24,8 +23,7 @@ class LogPlayer:
     """
 
     def __init__(self, log: Log, speed: float = 1.0, from_s: float = 0.0, clock: Callable[[], float] = time.monotonic) -> None:
-        if not log.cycles:
-            raise LogError("the log holds no cycle", where=str(log.path), next_step=f"{asked('check', log.path)} says what is in it.")
+        require_cycles(log)
         if not _FIRST <= speed <= _LAST:
             mend = {"--speed": f"{min(max(speed, _FIRST), _LAST):g}"}
             raise UsageError("this is no speed", value=speed, limit=f"{_FIRST:g} to {_LAST:g}", where="--speed", mend=mend)
