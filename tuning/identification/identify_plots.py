@@ -100,12 +100,8 @@ def _bounds(figure: Figure, found: Identification) -> None:
     axes = figure.subplots(2, len(found.bounds), sharex=True, squeeze=False)
     for column, each in enumerate(found.bounds):
         spread_dB, spread_deg = each.spread
-        _band(
-            axes[0, column],
-            each.frequencies_Hz,
-            each.magnitude_dB,
-            f"{each.family}: {_VARIED[each.varied]} ({each.count}): {spread_dB:.1f} dB",
-        )
+        title = f"{each.family}: {_VARIED[each.varied]} ({each.count}): {spread_dB:.1f} dB"
+        _band(axes[0, column], each.frequencies_Hz, each.magnitude_dB, title)
         _band(axes[1, column], each.frequencies_Hz, each.phase_deg, f"{spread_deg:.0f} degrees")
         axes[1, column].set_xlabel("frequency / Hz")
     axes[0, 0].set_ylabel("dB re 1 rad/V or 1 m/V")

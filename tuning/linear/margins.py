@@ -16,11 +16,8 @@ import numpy as np
 from tuning.arrays import Complexes, Floats
 
 LoopResponse = Callable[[Floats], Complexes]  # L(jω) at frequencies in rad/s
-GRID_HZ = (
-    0.01,
-    200.0,
-    500,
-)  # for a joint of the paper's pace; between its points python-control interpolates by splines: 1e-6 dB and degrees off on a smooth loop
+# For a joint of the paper's pace; between its points python-control interpolates by splines: 1e-6 dB and degrees off on a smooth loop.
+GRID_HZ = (0.01, 200.0, 500)
 _JUST_AFTER = 1.0001  # a two-hundredth of the grid's step
 
 

@@ -15,8 +15,6 @@ from tuning.responses.frequency_response import FrequencyResponse
 HALF_HOLD = 0.5  # cycles: every other delay is in a response that was measured through the loop
 MOST_SIGMA = 0.1  # relative standard deviation of a line
 FEWEST_LINES = 8
-
-
 LAST_OCTAVE = 2.0  # its lines tell together, with less noise than the last two, how the response goes on
 
 

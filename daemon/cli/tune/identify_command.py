@@ -130,10 +130,8 @@ def _list(text: str | None, unit: str, option: str, count: int | None = None) ->
     try:
         values = tuple(to_si(part.strip(), unit) for part in text.split(",")) if text else ()
     except ConfigError as error:
-        what, mend = (
-            f"{option} is a list of quantities in {unit}",
-            {option: _with_parts(str(text), error.refusal.mend) if error.refusal.mend else None},
-        )
+        what, parts = f"{option} is a list of quantities in {unit}", error.refusal.mend
+        mend = {option: _with_parts(str(text), parts) if parts else None}
         raise ConfigError(what, value=text, where=option, next_step=str(error), mend=mend) from error
     if count is not None and len(values) != count:
         advice = f"Give {count}, or leave {option} out."
