@@ -62,7 +62,7 @@ class Glance:
 
     def lines(self, height: int) -> RenderableType:
         """For a terminal of so many lines; what does not fit are the oldest events."""
-        parts: list[Text | Table] = [self._head(), *self._loop()]
+        parts: list[Text | Table] = [*self._head(), *self._loop()]
         if lost := self._lost():
             parts.append(Text(f"NO LIVE DATA: {lost}", "bold red"))
         if self._row:
@@ -80,17 +80,17 @@ class Glance:
             return str(self._known["lost"])
         return "the log has ended" if self._played else "the loop makes no new cycle"
 
-    def _head(self) -> Text:
+    def _head(self) -> list[Text]:
+        """A fault and a run have a line for themselves: whatever else is to be said, they are not what a narrow terminal cuts off."""
         status = self._known.get("status")
         if status is None:
-            return Text("longreach top", "bold")
+            return [Text("longreach top", "bold")]
         mode = status["mode"]
-        played = ((f"PLAYED from {self._played}, not the rig", "bold black on yellow"), "  ") if self._played else ()
-        text = Text.assemble(
-            *played, (status["rig"], "bold"), "  ", (mode.upper(), MODE_STYLES.get(mode, "bold")), f"  e-stop {status['estop']}  "
-        )
-        text.append(f"fault: {status['fault']['text']}" if status["fault"] else _run_line(status["run"]))
-        return _one_line(text)
+        played = [_clipped(f"PLAYED from {self._played}, not the rig", "bold black on yellow")] if self._played else []
+        rig = Text.assemble((status["rig"], "bold"), "  ", (mode.upper(), MODE_STYLES.get(mode, "bold")), f"  e-stop {status['estop']}")
+        fault = status["fault"]
+        run = _clipped(f"fault: {fault['text']}", LEVEL_STYLES["fault"]) if fault else _clipped(_run_line(status["run"]))
+        return [*played, _one_line(rig), run]
 
     def _loop(self) -> list[Text]:
         status = self._known.get("status")

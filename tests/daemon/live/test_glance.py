@@ -22,8 +22,8 @@ RIG = LOADED.rig
 FACTS = rig_facts(RIG)
 
 
-def shown(screen: Glance) -> str:
-    console = Console(width=120, height=40, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
+def shown(screen: Glance, width: int = 120) -> str:
+    console = Console(width=width, height=40, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
     console.print(screen.lines(40))
     return console.export_text()
 
@@ -52,3 +52,16 @@ def test_a_played_log_is_not_taken_for_the_rig() -> None:
     said = shown(screen_of(played="run7.mcap"))
     assert "PLAYED from run7.mcap, not the rig" in said
     assert "longreach stop" not in said
+
+
+def test_what_runs_stands_on_a_narrow_screen_beside_a_long_name() -> None:
+    said = shown(screen_of(played="ornl_testbed-20000101-000000.recovered.mcap"), width=60)
+    assert "no run yet" in said
+
+
+def test_why_it_stopped_stands_on_a_narrow_screen() -> None:
+    screen = screen_of()
+    status = StatusView(RIG, FACTS, Timing([0] * WORDS)).status(FACTS.blank(), 0.0, EventHistory())
+    fault = {"text": "rotary: following error 0.31 rad above 0.30 rad"}
+    screen.take({"status": {**status, "mode": "fault", "fault": fault}})
+    assert f"fault: {fault['text']}" in shown(screen, width=60)
