@@ -86,7 +86,7 @@ COMMANDS = (
     Command("new-driver", "devices.new_driver_command:options", "write a plug-in package for a device of your own, with its tests"),
     Command("device", "devices.device_command:verbs", "find devices on a bus or line, read and watch them; what each driver can be told"),
     Command("completion", "completion_command:options", "print what makes a shell complete commands and options"),
-    Command("host", "operate.host_command:options", "how late this computer wakes the loop up, at which rates it keeps time, and why not"),
+    Command("host", "operate.host_command:options", "which rates the daemon keeps on this computer with a rig's devices, and why"),
     Command("service", "operate.service_command:verbs", "install this longreach as a systemd service, or remove it"),
     Command("twin", "operate.twin_command:options", "simulate a rig's CAN and Modbus devices"),
     Command("faults", "faults_command:options", "inject faults into the simulated rig and measure the time to safe"),

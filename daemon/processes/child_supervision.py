@@ -60,7 +60,7 @@ class ChildSupervision:
         self._handlers: RequestHandlers | None = None
         self._values: tuple[float, ...] = tuple(self.facts.blank())
         self._posted = self._shutdowns = self._watchdog_sequence = 0
-        self._grade, self._realtime_rows = KeptGrade(rig.rig.loop), list[dict[str, Any]]()
+        self._grade, self._realtime_rows = KeptGrade(rig.rig), list[dict[str, Any]]()
         self._disk_free = self._next_slow_poll = self._next_watchdog = 0.0
         self._refusal: DriverError | None = None
         self._control_ready = False
@@ -210,7 +210,7 @@ class ChildSupervision:
             return
         self._next_slow_poll = now + SLOW_POLL_S
         self._disk_free = _free_bytes(self._log_dir)
-        self._grade.look()
+        self._grade.look([row["name"] for row in self._realtime_rows if row["severity"] == "warning"])
         if self._handlers is not None:
             self._handlers.host_rows = [*self._realtime_rows, self._grade.row()]
 

@@ -17,6 +17,7 @@ from daemon.cli.connection import add_json_option
 from daemon.cli.shown.shown_units import stated_refusals
 
 if TYPE_CHECKING:
+    from config.loading.load import LoadedRig
     from config.schema.rig import Rig
 
 FILTERS: dict[str, dict[str, Any]] = {
@@ -55,7 +56,7 @@ def _demo(arguments: argparse.Namespace) -> int:
     arguments.out.mkdir(parents=True, exist_ok=True)
     with DemoScreen(rig, quiet=arguments.json) as screen:
         screen.say(first_screen(rig.rig, list(runs), arguments.out))
-        done = DemoRuns(rig, arguments.out, screen, _why_lockstep(arguments, rig.rig, screen.say))
+        done = DemoRuns(rig, arguments.out, screen, _why_lockstep(arguments, rig, screen.say))
         with stated_refusals(rig.text, si=arguments.json):
             done.run(runs)
         screen.say("reading the logs: vibration, and the controller executed again, bit for bit")
@@ -87,18 +88,22 @@ def _refuse_impossible(rig: Rig, runs: Mapping[str, Mapping[str, Any]], own_mane
         ) from error
 
 
-def _why_lockstep(arguments: argparse.Namespace, rig: Rig, say: Callable[[str], None]) -> str:
+def _why_lockstep(arguments: argparse.Namespace, loaded: LoadedRig, say: Callable[[str], None]) -> str:
     """Why the runs are not on the wall clock; empty when they are. A rig with hardware is never put off."""
-    from daemon.cli.demo.demo_runs import is_simulated
-    from daemon.host.wake_ups import MEASURED_S, measure
+    from daemon.cli.operate.measured_rate import is_simulated, measure
+    from daemon.host.rate_seen import MEASURED_S
 
     if arguments.lockstep:
         return "asked for with --lockstep"
-    if not is_simulated(rig):
+    if not is_simulated(loaded.rig):
         return ""
     say(f"measuring this machine for {MEASURED_S:g} s")
-    machine = measure(rig.loop)
-    say(machine.text())
-    why = "" if machine.keeps_rate else f"this machine does not keep {rig.loop.rate_Hz:.0f} Hz now"
+    try:
+        seen = measure(loaded)
+    except DaemonError as error:
+        say(f"{error}: in lockstep, on simulated time")
+        return f"the machine could not be measured: {error}"
+    say(seen.text())
+    why = "" if seen.keeps_rate else f"this machine does not keep {seen.rate_Hz:.0f} Hz now"
     say(f"{why}: in lockstep, on simulated time" if why else "this machine keeps the rate: on the wall clock")
     return why

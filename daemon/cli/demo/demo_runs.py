@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 from config.errors import DaemonError
 from config.loading.load import LoadedRig
-from config.schema.rig import Rig
 from daemon.cli.demo.demo_session import wall_clock_run
+from daemon.cli.operate.measured_rate import is_simulated
 from daemon.lockstep import run_lockstep
 
 
@@ -64,8 +64,3 @@ class DemoRuns:
 
     def _add(self, name: str, clock: str, log: Path) -> None:
         self.logs[name], self.clocks[name] = log, clock
-
-
-def is_simulated(rig: Rig) -> bool:
-    """Nothing but simulated devices: no reason to be strict with the machine."""
-    return all(device.driver == "sim" for device in rig.devices.values())

@@ -11,7 +11,7 @@ from config.loading.load import LoadedRig
 from config.loading.stated_units import conversions, stated_units
 from config.schema.rig import Rig
 from daemon.cli.demo.demo_report import DemoReport
-from daemon.cli.demo.demo_runs import is_simulated
+from daemon.cli.operate.measured_rate import is_simulated
 from daemon.cli.operate.status_commands import status_view
 from daemon.cli.refusal import program
 from daemon.cli.shown.rich_console import console

@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,13 +16,12 @@ from config.loading.load import load_rig
 from daemon.cli.demo import demo_runs, demo_session
 from daemon.cli.demo.demo_runs import DemoRuns
 from daemon.cli.main import main
-from daemon.host import wake_ups
-from daemon.host.wake_ups import Machine, Wishes
+from daemon.cli.operate import measured_rate, private_daemon
+from daemon.host.rate_seen import RateSeen
 from daemon.server.protocol import Client
 from recording.files.reader import read_log
 
-WISHES = Wishes(rate_Hz=1000.0, spin_s=150e-6, priority=80, cpu=None, window_s=1.0, stop_after=20, fault_late_s=0.05)
-GOOD = Machine(WISHES, 2000, 5e-6, 30e-6, 60e-6, 0.002, 3, 2, ())
+LATE = RateSeen(1000.0, True, 2000, 5e-6, 30e-6, 60e-6, 150e-6, 0.002, 40, 21, 0, (), 1.0, 20, 0.05)
 REQUESTS = {"jog": {"maneuver": {"name": "jog"}}, "again": {"maneuver": {"name": "jog"}}}
 
 
@@ -45,23 +43,11 @@ def overrun(*arguments: Any) -> Path:
     raise DaemonError("a demo run is not valid", value="loop timing (loop): 20 overruns (limit 0 to 19)")
 
 
-@pytest.mark.parametrize(
-    ("machine", "keeps"),
-    [
-        (GOOD, True),
-        (replace(GOOD, in_window=10), False),  # half of what stops a run: a minute sees worse seconds than these two
-        (replace(GOOD, largest_s=0.03), False),
-    ],
-)
-def test_the_wall_clock_needs_a_machine_with_a_margin(machine: Machine, keeps: bool) -> None:
-    assert machine.keeps_rate is keeps
-
-
-def test_the_machine_is_measured_in_a_process_that_asks_for_the_rigs_wishes() -> None:
-    found = wake_ups.measure(load_rig("ornl_testbed").rig.loop)
-    assert found.cycles == 2000
-    assert found.wishes == WISHES
-    assert 0 <= found.in_window <= 21
+@pytest.mark.clock
+def test_the_machine_is_measured_with_a_daemon_of_the_rig() -> None:
+    found = measured_rate.measure(load_rig("ornl_testbed"))
+    assert found.held
+    assert 2000 <= found.cycles + found.lost <= 6000
     assert f"{found.overruns} overruns" in found.text()
 
 
@@ -108,7 +94,7 @@ def test_a_daemon_that_does_not_end_is_killed_and_told() -> None:
         assert process.stdout is not None
         assert process.stdout.readline() == b"deaf\n"
         with pytest.raises(DaemonError, match="did not end in time"):
-            demo_session.end(process, 0.01)
+            private_daemon.end(process, 0.01)
         assert process.poll() == -signal.SIGKILL
 
 
@@ -131,7 +117,7 @@ def test_a_maneuver_that_the_rig_cannot_run_is_no_fault_of_the_machine(tmp_path:
 def test_on_a_machine_that_is_late_it_ends_with_its_table(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(wake_ups, "measure", lambda loop: replace(GOOD, in_window=21, overruns=40))
+    monkeypatch.setattr(measured_rate, "measure", lambda loaded: LATE)
     assert main(["demo", "--out", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert "does not keep 1000 Hz" in said

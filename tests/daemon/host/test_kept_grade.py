@@ -9,16 +9,15 @@ import pytest
 
 from config.errors import DaemonError
 from config.loading.load import LoadedRig, apply_overrides, load_rig, rig_from_text
-from config.schema.rig import Loop
 from daemon.faults.benches.daemon_process import PATIENCE, DaemonProcess, wait_for
 from daemon.host import kept_grade
-from daemon.host.host_facts import host
-from daemon.host.kept_grade import HostGrade, KeptGrade, grade_path, keep, wishes_of
+from daemon.host.kept_grade import HostGrade, KeptGrade, grade_path, keep, measured_for
 from daemon.lockstep import LockstepRig
 from servo_control.signals import Mode
 
-LOOP = Loop()
-SEEN = HostGrade(1000.0, "2026-11-23 12:00", True, host(), wishes_of(LOOP))
+TEXT = load_rig("ornl_testbed").text
+RIG = rig_from_text(TEXT)
+SEEN = HostGrade(1000.0, "2026-11-23 12:00", True, ("locked memory",), measured_for(RIG))
 DEMAND = "loop.demand_rate=true"
 
 
@@ -30,7 +29,7 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_measurement_counts_from_the_moment_it_is_kept() -> None:
-    grade = KeptGrade(LOOP)
+    grade = KeptGrade(RIG)
     assert (grade.rate_Hz, grade.row()["value"]) == (0.0, "nothing measured")
     keep(SEEN)
     grade.look()
@@ -41,27 +40,50 @@ def test_a_measurement_counts_from_the_moment_it_is_kept() -> None:
     assert grade.rate_Hz == 0.0
 
 
+def other_rig(*overrides: str) -> dict[str, object]:
+    return measured_for(rig_from_text(apply_overrides(TEXT, overrides)))
+
+
 @pytest.mark.parametrize(
     ("other", "named"),
     [
-        (replace(SEEN, host={**host(), "host_kernel": "Linux 5.10 old"}), "host_kernel was Linux 5.10 old"),
-        (replace(SEEN, wishes=wishes_of(Loop(cpu=1))), "loop.cpu was 1"),
-        (replace(SEEN, wishes=wishes_of(Loop(priority=10))), "loop.priority was 10"),
-        (replace(SEEN, host={}), "host_name was None"),
+        (replace(SEEN, holds_for={**SEEN.holds_for, "host_kernel": "Linux 5.10 old"}), "host_kernel was Linux 5.10 old"),
+        (replace(SEEN, holds_for=other_rig("loop.cpu=1")), "loop.cpu was 1"),
+        (replace(SEEN, holds_for=other_rig("loop.priority=10")), "loop.priority was 10"),
+        (replace(SEEN, holds_for=measured_for(load_rig("ornl_testbed_can").rig)), "devices was "),
+        (replace(SEEN, holds_for={}), "host_name was None"),
+        (replace(SEEN, loaded=False), "it was measured without a load"),
     ],
 )
 def test_another_computer_or_another_wish_does_not_count_and_is_named(other: HostGrade, named: str) -> None:
     keep(other)
-    grade = KeptGrade(LOOP)
+    grade = KeptGrade(RIG)
     assert grade.rate_Hz == 0.0
-    assert grade.said.endswith(f"which does not count: {named}")
+    assert f"which does not count: {named}" in grade.said
+
+
+def test_a_right_that_was_granted_then_and_is_refused_now_does_not_count() -> None:
+    """The other way round, the daemon has more than the measurement had."""
+    keep(SEEN)
+    grade = KeptGrade(RIG)
+    grade.look(["locked memory"])
+    assert grade.rate_Hz == 1000.0
+    grade.look(["locked memory", "real-time priority"])
+    assert grade.rate_Hz == 0.0
+    assert grade.said.endswith("which does not count: real-time priority was granted")
+    grade.look([])
+    assert grade.rate_Hz == 1000.0
+
+
+def test_gains_and_limits_are_no_part_of_it() -> None:
+    assert other_rig("joints.rotary.rate_limit=20 deg/s") == SEEN.holds_for
 
 
 @pytest.mark.parametrize("content", ["", "{", "[1]", '{"grade_Hz": 1000}'])
 def test_a_file_that_cannot_be_read_is_no_measurement(content: str, state: Path) -> None:
     state.mkdir()
     grade_path().write_text(content)
-    assert KeptGrade(LOOP).rate_Hz == 0.0
+    assert KeptGrade(RIG).rate_Hz == 0.0
 
 
 def test_the_place_is_the_services_where_there_is_one_and_else_the_users(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,16 +108,16 @@ def test_only_a_rig_that_demands_it_has_the_check(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_daemon_refuses_to_arm_until_the_rate_was_seen_and_then_arms(tmp_path: Path, state: Path) -> None:
-    wishes = wishes_of(rig_from_text(apply_overrides(load_rig("ornl_testbed").text, PATIENCE)).loop)
+    holds_for = other_rig(*PATIENCE)
     with DaemonProcess(tmp_path, [DEMAND]) as daemon, daemon.connect() as client:
         client.call("reset")
         with pytest.raises(DaemonError, match=r"host keeps the rate .*: 0 Hz \(limit ≥ 1000 Hz\).*longreach host"):
             client.call("arm")
-        keep(replace(SEEN, grade_Hz=500.0, wishes=wishes))
+        keep(replace(SEEN, grade_Hz=500.0, holds_for=holds_for))
         wait_for(lambda: row(client.call("checks"), "host keeps the rate")["value"] == 500.0)
         with pytest.raises(DaemonError, match="host keeps the rate"):
             client.call("arm")
-        keep(replace(SEEN, wishes=wishes))
+        keep(replace(SEEN, holds_for=holds_for))
         wait_for(lambda: row(client.call("checks"), "host keeps the rate")["ok"])
         assert row(client.call("checks"), "rates seen before")["value"].startswith("1000 Hz, seen 2026-11-23")
         client.call("arm")
