@@ -9,7 +9,7 @@ import sys
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-from config.errors import EXIT_REFUSED, LogError
+from config.errors import EXIT_REFUSED, ConfigError, LogError
 from daemon.cli.connection import add_json_option
 from daemon.cli.number_option import finite
 
@@ -42,23 +42,32 @@ def _host(arguments: argparse.Namespace) -> int:
     rate_Hz = loaded.rig.loop.rate_Hz
     before = stolen_ticks()
     with busy_processors() if arguments.load else nullcontext():
-        seen = [_measured(loaded, rate, arguments.seconds) for rate in sorted({*RATES_HZ, rate_Hz})]
+        seen, unable = _measured(loaded, arguments.seconds)
     after = stolen_ticks()
     looked_at = causes(stolen=(after[0] - before[0]) / max(after[1] - before[1], 1))
     if arguments.json:
-        print(json.dumps(_as_dict(seen, looked_at)))
+        print(json.dumps(_as_dict(seen, unable, looked_at)))
     else:
-        _print(seen, looked_at, arguments.rig, rate_Hz)
+        _print(seen, unable, looked_at, arguments.rig, rate_Hz)
     refused = tuple(sorted({each.partition(":")[0] for one in seen for each in one.refused}))
     _keep(HostGrade(_grade(seen), f"{datetime.now(UTC):%Y-%m-%d %H:%M}", arguments.load, refused, measured_for(loaded.rig)))
     return 0 if any(one.keeps_rate and one.rate_Hz == rate_Hz for one in seen) else EXIT_REFUSED
 
 
-def _measured(loaded: LoadedRig, rate_Hz: float, seconds: float) -> RateSeen:
+def _measured(loaded: LoadedRig, seconds: float) -> tuple[list[RateSeen], str]:
+    """Every rate from the lowest on, and why there are no higher ones: some a rig cannot have, because its bus is too slow for instance."""
     from daemon.cli.operate.measured_rate import measure
 
-    print(f"measuring {rate_Hz:g} Hz for {seconds:g} s", file=sys.stderr, flush=True)
-    return measure(loaded, rate_Hz, seconds)
+    seen: list[RateSeen] = []
+    for rate_Hz in sorted({*RATES_HZ, loaded.rig.loop.rate_Hz}):
+        print(f"measuring {rate_Hz:g} Hz for {seconds:g} s", file=sys.stderr, flush=True)
+        try:
+            seen.append(measure(loaded, rate_Hz, seconds))
+        except ConfigError as error:
+            if rate_Hz <= loaded.rig.loop.rate_Hz:
+                raise
+            return seen, f"{rate_Hz:g} Hz: {error}"
+    return seen, ""
 
 
 def _keep(grade: HostGrade) -> None:
@@ -73,9 +82,9 @@ def _keep(grade: HostGrade) -> None:
         print(f"kept in {path}: the daemon reads it (loop.demand_rate)", file=sys.stderr)
 
 
-def _as_dict(seen: list[RateSeen], looked_at: list[Cause]) -> dict[str, object]:
+def _as_dict(seen: list[RateSeen], unable: str, looked_at: list[Cause]) -> dict[str, object]:
     rates = [dataclasses.asdict(one) | {"keeps_rate": one.keeps_rate} for one in seen]
-    return {"grade_Hz": _grade(seen), "rates": rates, "causes": [dataclasses.asdict(cause) for cause in looked_at]}
+    return {"grade_Hz": _grade(seen), "rates": rates, "no_higher": unable, "causes": [dataclasses.asdict(cause) for cause in looked_at]}
 
 
 def _grade(seen: list[RateSeen]) -> float:
@@ -88,18 +97,19 @@ def _grade(seen: list[RateSeen]) -> float:
     return grade
 
 
-def _print(seen: list[RateSeen], looked_at: list[Cause], rig: str, wanted_Hz: float) -> None:
+def _print(seen: list[RateSeen], unable: str, looked_at: list[Cause], rig: str, wanted_Hz: float) -> None:
     from daemon.cli.shown.terminal import text_table
 
     head = ["rate, Hz", "woken late p50, us", "p99", "p99.9", "work p99, us", "latest, ms", "overruns", "keeps it"]
-    print("\n".join(text_table(head, [_row(one) for one in seen])))
+    print("\n".join([*text_table(head, [_row(one) for one in seen]), *([f"no higher rate: {unable}"] if unable else [])]))
     works = "armed and held on simulated devices" if seen[-1].held else "devices read, outputs safe"
     found = [["longreachd", f"{rig}: {works}", "-"]]
     found += [[cause.name, cause.value, cause.next_step or "-"] for cause in looked_at]
     found += [["refused", refused, "Run it as the service, which has these rights."] for refused in seen[-1].refused]
     print("\n" + "\n".join(text_table(["what", "found", "to do"], found, left=(0, 1, 2))) + "\n")
     grade = _grade(seen)
-    advice = "longreach demo" if grade >= wanted_Hz else "do what stands above, then longreach host again"
+    advice = "longreach demo" if seen[-1].held else f"longreach commission {rig}"
+    advice = advice if grade >= wanted_Hz else "do what stands above, then longreach host again"
     print(f"this computer keeps {grade:g} Hz; {rig} asks for {wanted_Hz:g} Hz. Next: {advice}")
 
 

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from config.checking.check import refuse_unusable
 from config.errors import DaemonError
 from config.loading.identified import record_path
-from config.loading.load import LoadedRig, apply_overrides, load_rig
+from config.loading.load import LoadedRig, changed_rig, load_rig
 from config.schema.rig import Rig
 from daemon.cli.operate.private_daemon import private_daemon
 from daemon.host.rate_seen import MEASURED_S, RateSeen, rate_seen
@@ -29,12 +30,16 @@ _POLL_S = 0.05
 
 
 def measure(loaded: LoadedRig, rate_Hz: float | None = None, seconds: float = MEASURED_S) -> RateSeen:
-    """This computer now, at the rig's rate or another one; takes `seconds` and a daemon's start. DaemonError when it does not start."""
+    """This computer now, at the rig's rate or another one; takes `seconds` and a daemon's start.
+
+    ConfigError where the rig cannot have the rate (its bus may be too slow), DaemonError when the daemon does not start."""
     rate_Hz = rate_Hz or loaded.rig.loop.rate_Hz
+    changed = changed_rig(loaded.text, loaded.path, [f"loop.rate={rate_Hz!r} Hz", *_PATIENT, *_record(loaded)])
+    refuse_unusable(changed)
     with tempfile.TemporaryDirectory(prefix="longreach-host-") as place:
         out = Path(place)
         rig = out / "rig.yaml"
-        rig.write_text(apply_overrides(loaded.text, [f"loop.rate={rate_Hz!r} Hz", *_PATIENT, *_record(loaded)]))
+        rig.write_text(changed.text)
         try:
             held, first, last, refused = _measured(rig, out, seconds)
         except DaemonError as error:  # its words stood in a file that is gone

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from config.errors import EXIT_REFUSED
+from config.errors import EXIT_REFUSED, ConfigError
 from config.loading.load import LoadedRig, apply_overrides, load_rig, rig_from_text
 from daemon.cli.main import main
 from daemon.cli.operate import measured_rate
@@ -67,6 +67,25 @@ def test_for_people_it_says_what_was_refused_and_what_comes_next(
     said = capsys.readouterr().out
     assert "SCHED_FIFO 80 refused" in said
     assert "this computer keeps 500 Hz; ornl_testbed asks for 1000 Hz. Next: do what stands above" in said
+
+
+def test_a_rate_that_the_rigs_bus_cannot_carry_is_no_failure_of_the_computer() -> None:
+    with pytest.raises(ConfigError, match=r"at 2000 Hz = \d+\.\d % of 1 Mbit/s"):
+        measured_rate.measure(load_rig("ornl_testbed_can"), 2000.0)
+
+
+def test_why_there_are_no_higher_rates_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def measure(loaded: LoadedRig, rate_Hz: float, seconds: float) -> RateSeen:
+        if rate_Hz > 1000.0:
+            raise ConfigError("the bus is too slow")
+        return replace(KEPT, rate_Hz=rate_Hz, held=False)
+
+    monkeypatch.setattr(measured_rate, "measure", measure)
+    assert main(["host", "--seconds", "0.5"]) == 0
+    said = capsys.readouterr().out
+    assert "no higher rate: 2000 Hz: the bus is too slow" in said
+    assert "devices read, outputs safe" in said
+    assert "keeps 1000 Hz" in said
 
 
 def test_what_it_found_is_kept_for_the_daemon_of_that_rig(monkeypatch: pytest.MonkeyPatch) -> None:
