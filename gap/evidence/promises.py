@@ -7,7 +7,9 @@ there do. So while the base leaves more than honest models leave, each set waits
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -95,7 +97,9 @@ def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Susp
     for promise in sorted(promises, key=lambda p: p.log_z):
         best[promise.suspect.label] = promise
     ranked = sorted(best.values(), key=lambda p: -p.log_z)
-    return [Open(start, p, _along_lines(search, start, p) if n < _FOLLOWED else None, alone, level) for n, p in enumerate(ranked)]
+    with ThreadPoolExecutor(search.seen.logs[0].experiment.workers) as pool:
+        lines = list(pool.map(lambda p: _along_lines(search, start, p), ranked[:_FOLLOWED]))
+    return [Open(start, p, line, alone, level) for p, line in zip_longest(ranked, lines)]
 
 
 def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:

@@ -2,13 +2,16 @@
 down the ladder of their values (ornstein_uhlenbeck).
 
 Channels meet only in what they hang on together (unknowns): each adds its own inner products, so that a try of one channel costs one filter
-of its residuals, a try of η none.
+of its residuals, a try of η none. What a try is worth does not hang on the way to it, so the next ones are made side by side on the threads
+of the search; which of them counts is decided in their order, whatever the number of threads.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -64,6 +67,18 @@ class _Rungs:
         return Discrepancy(at_rung(self.sizes), at_rung(self.memories), self.share, tuple(at_rung(t) for t in self.times))
 
 
+Rung = tuple[int, int]  # δ and T of one channel
+
+
+@dataclass(frozen=True, slots=True)
+class _Tried:
+    """One channel with another discrepancy: the density there, and what the channel adds to the inner products."""
+
+    there: _Rungs
+    value: float
+    parts: list[Part]
+
+
 class _Search:
     """As for fitted_discrepancy; `moves_share`: whether η is looked for too."""
 
@@ -83,6 +98,8 @@ class _Search:
         longest_s = max(log.experiment.plan.rows * log.experiment.plan.period_s for log in logs)
         self._memories = _rungs(min(log.period_s for log in logs), longest_s)
         self.moving = [c for c in channels if any(log.there[..., c].any() for log in logs)]
+        self.threads = max(logs[0].experiment.workers, 1)
+        self.pool = threads(self.threads)
         self._at = self._on_ladder(start)
         self._parts = [self._of_channel(c, self._at) for c in channels]
         self._whole = [np.sum([part.whole for part in parts], axis=0) for parts in zip(*self._parts, strict=True)]
@@ -116,9 +133,10 @@ class _Search:
 
     def _leap(self, c: int) -> None:
         """To a typical T and some size: where δ is nearly nothing, or T as long as a window, small steps change nothing."""
-        others = self._others(c)
-        for sd in _LEAPS:
-            self._try(c, others, int(rung(sd)), int(rung(MEMORY_S)))
+        tries = _Tries(self, c)
+        places = [self._clipped(int(rung(sd)), int(rung(MEMORY_S))) for sd in _LEAPS]
+        for n in range(len(places)):
+            self._try(tries, places[n:])
 
     def _settle(self, steps: Sequence[int], sweeps: int = _SWEEPS) -> None:
         """δ and T of every channel, and η, until no step gains anything. Channels hardly touch each other: one that gained nothing is not
@@ -132,17 +150,25 @@ class _Search:
 
     def _improve(self, c: int, step: int) -> bool:
         """Whether a step of this channel's δ or T, or of both, either way, gave a larger density."""
-        others, gained = self._others(c), False
+        tries, gained = _Tries(self, c), False
         for size, memory in ((step, 0), (0, step), (step, 2 * step)):  # the last: δ² / T held
-            gained = self._followed(c, others, size, memory) or self._followed(c, others, -size, -memory) or gained
+            gained = self._followed(tries, size, memory) or self._followed(tries, -size, -memory) or gained
         return gained
 
-    def _followed(self, c: int, others: Sequence[Array], size: int, memory: int) -> bool:
-        """Whether a change of δ and T gained anything; it is doubled as long as it does."""
+    def _followed(self, tries: _Tries, size: int, memory: int) -> bool:
+        """Whether a change of δ and T gained anything; it is doubled while it does. Most gain nothing: the way back is tried beside it."""
         gained = False
-        while self._try(c, others, self._at.sizes[c] + size, self._at.memories[c] + memory):
+        while True:
+            there, back = self._beside(tries.c, size, memory), self._beside(tries.c, -size, -memory)
+            if not self._try(tries, [there] if gained else [there, back]):
+                return gained
             gained, size, memory = True, 2 * size, 2 * memory
-        return gained
+
+    def _beside(self, c: int, size: int, memory: int) -> Rung:
+        return self._clipped(int(self._at.sizes[c]) + size, int(self._at.memories[c]) + memory)
+
+    def _clipped(self, size: int, memory: int) -> Rung:
+        return int(np.clip(size, *self._sizes)), int(np.clip(memory, *self._memories))
 
     def _improve_share(self, step: int) -> bool:
         """The same of η."""
@@ -164,9 +190,9 @@ class _Search:
 
     def _weigh_windows(self, c: int, near: bool) -> None:
         """Every window's own times of this channel's δ, beside the other channels and the likeliest shares of other friction."""
-        now, others = self._at.times, self._others(c)
+        now, others = self._at.times, self.others(c)
         options = [tuple(np.clip(t + s, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
-        tries = [self._of_channel(c, replace(self._at, times=times)) for times in options]
+        tries = list(self.pool.map(lambda times: self._of_channel(c, replace(self._at, times=times)), options))
         rest = np.append(-likeliest_shares(self._whole, [log.states for log in self._logs], self._logs[0].forms, self._at.share), 1.0)
         found = [t.copy() for t in now]
         for n, log in enumerate(self._logs):
@@ -174,7 +200,7 @@ class _Search:
             values = np.stack([window_densities(others[n] + one[n].whole, log.states, rest) - 0.5 * one[n].log_det for one in tries])
             values -= 0.5 * (np.log(at_rung(offered)) / SPREAD) ** 2
             found[n][:, c] = np.take_along_axis(offered, np.argmax(values, axis=0)[None], axis=0)[0]
-        self._accept(c, others, self._about_one(c, found))
+        self._accept(c, others, self.tried(c, others, self._about_one(c, found)))
 
     def _about_one(self, c: int, times: Sequence[Numbers]) -> _Rungs:
         """The same sizes with δ at the geometric mean of the windows that measure the channel, where the prior of s wants it."""
@@ -185,24 +211,29 @@ class _Search:
             t[own, c] += self._at.sizes[c] - size
         return replace(self._at.moved(c, size, int(self._at.memories[c])), times=tuple(times))
 
-    def _try(self, c: int, others: Sequence[Array], size: int, memory: int) -> bool:
-        size, memory = int(np.clip(size, *self._sizes)), int(np.clip(memory, *self._memories))
-        if size == self._at.sizes[c] and memory == self._at.memories[c]:
+    def _try(self, tries: _Tries, places: Sequence[Rung]) -> bool:
+        """Whether the first of these places is better; the others may be asked for next."""
+        if places[0] == (self._at.sizes[tries.c], self._at.memories[tries.c]):
             return False
-        return self._accept(c, others, self._at.moved(c, size, memory))
+        return self._accept(tries.c, tries.others, tries.of(places))
 
-    def _accept(self, c: int, others: Sequence[Array], there: _Rungs) -> bool:
-        """Whether a discrepancy that differs in one channel gives a larger density; then it is the one found."""
-        old, self._parts[c] = self._parts[c], self._of_channel(c, there)
-        value = self._value(self._total(others, self._parts[c]), there)
-        if not value > self.value + _GAIN:
-            self._parts[c] = old
+    def tried(self, c: int, others: Sequence[Array], there: _Rungs) -> _Tried:
+        """A discrepancy that differs in one channel; changes nothing here."""
+        parts = self._of_channel(c, there)
+        return _Tried(there, self._value(self._total(others, c, parts), there), parts)
+
+    def at(self, c: int, place: Rung) -> _Rungs:
+        return self._at.moved(c, *place)
+
+    def _accept(self, c: int, others: Sequence[Array], tried: _Tried) -> bool:
+        """Whether it gives a larger density; then it is the one found."""
+        if not tried.value > self.value + _GAIN:
             return False
-        self._at, self.value = there, value
-        self._whole = [other + part.whole for other, part in zip(others, self._parts[c], strict=True)]
+        self._at, self.value, self._parts[c] = tried.there, tried.value, tried.parts
+        self._whole = [other + part.whole for other, part in zip(others, tried.parts, strict=True)]
         return True
 
-    def _others(self, c: int) -> list[Array]:
+    def others(self, c: int) -> list[Array]:
         """What all channels but one add."""
         return [whole - part.whole for whole, part in zip(self._whole, self._parts[c], strict=True)]
 
@@ -210,16 +241,39 @@ class _Search:
         sizes = [there.sizes[c] + times[:, c] for times in there.times]
         return [log.part(c, own, size, int(there.memories[c])) for log, own, size in zip(self._logs, self._left[c], sizes, strict=True)]
 
-    def _total(self, whole: Sequence[Array], parts: Sequence[Part] = ()) -> Weighed:
-        """What windows' own states leave of all inner products together; `parts`: of one channel, to be added to `whole`."""
+    def _total(self, whole: Sequence[Array], c: int = -1, parts: Sequence[Part] = ()) -> Weighed:
+        """What windows' own states leave of all inner products together; `parts`: of channel c, to be added to `whole`."""
         of_logs = [less_states_with(all_of, parts[n] if parts else None, self._logs[n].states) for n, all_of in enumerate(whole)]
-        log_dets = sum(float(part.log_det.sum()) for own in self._parts for part in own)
+        every = (parts if k == c else own for k, own in enumerate(self._parts))
+        log_dets = sum(float(part.log_det.sum()) for own in every for part in own)
         return Weighed(sum((w.inner for w in of_logs), np.zeros(())), log_dets + sum(w.log_det for w in of_logs))
 
     def _value(self, total: Weighed, there: _Rungs) -> float:
         found, values = less_shared(total, self._logs[0].forms, there.share), there.values
         prior = log_prior_of_sizes(values, self._scales) + float(log_prior_of_times(values).sum())
         return -0.5 * (float(found.inner[0, 0]) + found.log_det) + prior
+
+
+class _Tries:
+    """Tries of one channel while the others stay as they are; each place is asked for once."""
+
+    def __init__(self, search: _Search, c: int) -> None:
+        self._search, self.c, self.others = search, c, search.others(c)
+        self._known: dict[Rung, _Tried] = {}
+
+    def of(self, places: Sequence[Rung]) -> _Tried:
+        """The first of these; others are made beside it where a thread is free for them."""
+        if places[0] not in self._known:
+            search, new = self._search, [place for place in places if place not in self._known][: self._search.threads]
+            done = search.pool.map(lambda place: search.tried(self.c, self.others, search.at(self.c, place)), new)
+            self._known.update(zip(new, done, strict=True))
+        return self._known[places[0]]
+
+
+@cache
+def threads(number: int) -> ThreadPoolExecutor:
+    """Kept for all searches of a process: a try takes a millisecond or two."""
+    return ThreadPoolExecutor(number)
 
 
 def _rungs(low: float, high: float) -> tuple[int, int]:

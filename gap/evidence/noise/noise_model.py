@@ -151,17 +151,26 @@ def _less_states_of_sum(grams: Array, added: Array, numbers: NDArray[np.int64], 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _of_window(rows: Array, states: int, total: Array) -> float:
-    """Adds to the upper triangle of `total` what a window's states leave of the rows below them, eliminated in place; log|1 + AᵀC⁻¹A|."""
+    """Adds to the upper triangle of `total` what a window's states leave of the rows below them, eliminated in place; log|1 + AᵀC⁻¹A|. Each
+    row takes the rows above it four at a time: half the time of one, the same bits."""
     numbers, log_det = len(rows), 0.0
     for j in range(states):
         rows[j, j] += 1.0
-    for j in range(states):
-        pivot = rows[j, j]
-        log_det += np.log(pivot)
-        for i in range(j + 1, numbers):
-            part = rows[j, i] / pivot
+    for i in range(numbers):
+        above, j = min(i, states), 0
+        while j + 3 < above:
+            a, b = rows[j, i] / rows[j, j], rows[j + 1, i] / rows[j + 1, j + 1]
+            c, d = rows[j + 2, i] / rows[j + 2, j + 2], rows[j + 3, i] / rows[j + 3, j + 3]
+            for m in range(i, numbers):
+                rows[i, m] = (((rows[i, m] - a * rows[j, m]) - b * rows[j + 1, m]) - c * rows[j + 2, m]) - d * rows[j + 3, m]
+            j += 4
+        while j < above:
+            part = rows[j, i] / rows[j, j]
             for m in range(i, numbers):
                 rows[i, m] -= part * rows[j, m]
+            j += 1
+        if i < states:
+            log_det += np.log(rows[i, i])
     for i in range(states, numbers):
         for m in range(i, numbers):
             total[i - states, m - states] += rows[i, m]

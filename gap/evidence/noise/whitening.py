@@ -11,9 +11,10 @@ discrepancy costs one filter of x, forwards and back. What is kept is a memory o
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,9 @@ from gap.evidence.noise.unknowns import Unknowns
 
 Numbers = NDArray[np.int64]
 _LOWEST, _HIGHEST = (int(rung(value)) for value in (1e-3, 1e8))  # of δ in a window
+_ONE_AT_A_TIME = Lock()  # of the threads of a search, while they look at what is kept or add to it
 _KEPT_BYTES = 20_000_000  # of one log and channel; then it is begun anew, which costs no more time than looking through more
+_ROOM = 4  # times the windows, at first: memory that is not written to costs nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +56,17 @@ class _Kept:
     log_det: Array
     count: int = 0
 
-    def with_room(self, more: int) -> None:
-        """Room for so many; what was handed out before stays as it was."""
-        if self.count + more > len(self.grams):
-            size = max(2 * len(self.grams), self.count + more)
-            grams, log_det = np.empty((size, *self.grams.shape[1:])), np.empty(size)
-            grams[: self.count], log_det[: self.count] = self.grams[: self.count], self.log_det[: self.count]
-            self.grams, self.log_det = grams, log_det
+    def add(self, windows: Numbers, rungs: Numbers, grams: Array, log_det: Array) -> Numbers:
+        """Keep these; where they stand from now on. What was handed out before stays as it was."""
+        made = np.arange(self.count, self.count + len(windows))
+        if made[-1] >= len(self.grams):
+            size = max(2 * len(self.grams), made[-1] + 1)
+            grown, log_dets = np.empty((size, *self.grams.shape[1:])), np.empty(size)
+            grown[: self.count], log_dets[: self.count] = self.grams[: self.count], self.log_det[: self.count]
+            self.grams, self.log_det = grown, log_dets
+        self.grams[made], self.log_det[made], self.where[windows, rungs] = grams, log_det, made
+        self.count += len(windows)
+        return made
 
 
 @dataclass(frozen=True)
@@ -147,34 +154,32 @@ class Whitening:
         return float(np.exp(-self.period_s / at_rung(time)))
 
     def _of_unknowns(self, c: int, sizes: Numbers, time: int) -> tuple[_Kept, Numbers]:
-        """What is kept of a channel and T, and where every window's own stands in it."""
-        kept, windows = self._kept.get((c, time)), np.arange(len(sizes))
-        if kept is None:
-            kept = self._begun(c, time)
-        numbers = kept.where[windows, sizes - _LOWEST]
-        new = np.flatnonzero(numbers < 0)
-        if not len(new):
-            return kept, numbers
-        kept.with_room(len(new))
-        made = np.arange(kept.count, kept.count + len(new))
+        """What is kept of a channel and T, as it is now, and where every window's own stands in it. Several threads may ask."""
+        windows = np.arange(len(sizes))
+        with _ONE_AT_A_TIME:
+            kept = self._kept.get((c, time)) or self._begun(c, time)
+            numbers = kept.where[windows, sizes - _LOWEST]
+            new = np.flatnonzero(numbers < 0)
+            if not len(new):
+                return replace(kept), numbers
         there, decay = np.ascontiguousarray(self._samples_there[c][:, new]), self._decay(time)
         gain, root = gains(there, at_rung(sizes[new]) ** 2, decay)
-        kept.log_det[made] = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=0)
+        log_det = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=0)
         white = whitened(self._by_channel[c][new], gain, root, decay)
-        kept.grams[made] = np.matmul(white.transpose(0, 2, 1), white)
-        kept.where[new, sizes[new] - _LOWEST] = numbers[new] = made
-        kept.count += len(new)
-        return kept, numbers
+        grams = np.matmul(white.transpose(0, 2, 1), white)
+        with _ONE_AT_A_TIME:
+            numbers[new] = kept.add(new, sizes[new] - _LOWEST, grams, log_det)
+            return replace(kept), numbers
 
     def _begun(self, c: int, time: int) -> _Kept:
         """Nothing kept yet of a channel and T; if the channel holds too much already, all of it is let go."""
         own = [key for key in self._kept if key[0] == c]
-        if sum(self._kept[key].grams.nbytes for key in own) > _KEPT_BYTES:
+        numbers = self.states + self.forms
+        if sum(self._kept[key].count for key in own) * 8 * numbers**2 > _KEPT_BYTES:
             for key in own:
                 del self._kept[key]
-        numbers = self.states + self.forms
-        where = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1)
-        return self._kept.setdefault((c, time), _Kept(where, np.empty((len(self.there), numbers, numbers)), np.empty(len(self.there))))
+        where, room = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1), _ROOM * len(self.there)
+        return self._kept.setdefault((c, time), _Kept(where, np.empty((room, numbers, numbers)), np.empty(room)))
 
 
 def joined(of_unknowns: Array, cross: Array, own: Array) -> Array:
