@@ -49,7 +49,8 @@ class ChildSupervision:
 
     def __init__(self, rig: LoadedRig, log_dir: Path, runtime: Path, lock: RuntimeLock) -> None:
         self._loaded, self._log_dir, self._runtime, self._lock = rig, log_dir, runtime, lock
-        self._host = {"clock": "wall", **host_facts.software(), **host_facts.host()}
+        self._grade, self._realtime_rows = KeptGrade(rig.rig), list[dict[str, Any]]()
+        self._host = {"clock": "wall", **host_facts.software(), **host_facts.host(), "host_grade": self._grade.said}
         self._channels = channels = Channels.create(rig.rig)
         self.facts = rig_facts(rig.rig)
         self.history = EventHistory()
@@ -60,7 +61,6 @@ class ChildSupervision:
         self._handlers: RequestHandlers | None = None
         self._values: tuple[float, ...] = tuple(self.facts.blank())
         self._posted = self._shutdowns = self._watchdog_sequence = 0
-        self._grade, self._realtime_rows = KeptGrade(rig.rig), list[dict[str, Any]]()
         self._disk_free = self._next_slow_poll = self._next_watchdog = 0.0
         self._refusal: DriverError | None = None
         self._control_ready = False
@@ -69,6 +69,7 @@ class ChildSupervision:
     def start(self, handlers: RequestHandlers) -> None:
         """Start every process the rig needs. `handlers` get the path and size of the log and the real-time facts."""
         self._handlers = handlers
+        self._add_event("host", f"host grade: {self._grade.said}", Level.INFO)
         self._poll()
         slow = any(device.slow for device in self._loaded.rig.devices.values())
         for name in ("recorder", "control", *(["io"] if slow else [])):

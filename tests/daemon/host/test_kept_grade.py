@@ -13,6 +13,7 @@ from daemon.faults.benches.daemon_process import PATIENCE, DaemonProcess, wait_f
 from daemon.host import kept_grade
 from daemon.host.kept_grade import HostGrade, KeptGrade, grade_path, keep, measured_for
 from daemon.lockstep import LockstepRig
+from recording.files.reader import read_log
 from servo_control.signals import Mode
 
 TEXT = load_rig("ornl_testbed").text
@@ -110,6 +111,7 @@ def test_only_a_rig_that_demands_it_has_the_check(tmp_path: Path) -> None:
 def test_a_daemon_refuses_to_arm_until_the_rate_was_seen_and_then_arms(tmp_path: Path, state: Path) -> None:
     holds_for = other_rig(*PATIENCE)
     with DaemonProcess(tmp_path, [DEMAND]) as daemon, daemon.connect() as client:
+        assert client.call("events")["events"][0]["text"] == "host grade: nothing measured"
         client.call("reset")
         with pytest.raises(DaemonError, match=r"host keeps the rate .*: 0 Hz \(limit ≥ 1000 Hz\).*longreach host"):
             client.call("arm")
@@ -124,7 +126,9 @@ def test_a_daemon_refuses_to_arm_until_the_rate_was_seen_and_then_arms(tmp_path:
         wait_for(lambda: client.call("status")["mode"] == "holding")
         grade_path().unlink()
         wait_for(lambda: row(client.call("checks"), "host keeps the rate")["value"] == 0.0)
-        assert client.call("status")["mode"] == "holding"
+        status = client.call("status")
+        assert status["mode"] == "holding"
+        assert read_log(Path(status["log"]["path"])).metadata["recording"]["host_grade"] == "nothing measured"
 
 
 def demanding() -> LoadedRig:
