@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.io
 
 from config.errors import ConfigError, LogError, UsageError
 from config.loading.import_map import load_map
@@ -15,7 +14,7 @@ from recording.files.check import check_log
 from recording.files.reader import read_log
 from recording.importing.ingest import ingest, ingest_parts
 from recording.importing.read_table import read_table
-from recording.importing.suggestion import guess, suggested_map
+from recording.importing.suggestion import suggested_map
 from tests.support.measured_data import EMPS
 
 MAP = """\
@@ -267,106 +266,6 @@ def test_single_empty_cells_cost_their_rows_and_are_told(tmp_path: Path) -> None
     assert report.rows == 4
     assert report.warnings[0] == "axis.position is empty in 1 rows, which are left out."
     assert list(read_log(out).columns["axis.position"]) == [1.0, 3.0, 4.0, 5.0]
-
-
-def test_a_matlab_file_gives_the_same_log_as_its_table(tmp_path: Path) -> None:
-    """Written by scipy's own writer: vectors, a structure of vectors, and what is no signal beside them."""
-    t = np.arange(200) / 100
-    scipy.io.savemat(tmp_path / "run.mat", {"time": t, "rig": {"x": np.sin(t), "u": np.cos(t)}, "fs": 100.0, "note": "warm oil"})
-    the_map = (
-        "longreach: map/1\nname: mat\njoints: {axis: linear}\ncolumns:\n  t_s: {source: time}\n"
-        "  axis.position: {source: rig.x, unit: mm}\n  axis.command_V: {source: rig.u}\n"
-    )
-    (tmp_path / "map.yaml").write_text(the_map)
-    report = ingest(tmp_path / "run.mat", tmp_path / "map.yaml", tmp_path / "run.mcap")
-    assert report.rows == 200
-    columns = read_log(tmp_path / "run.mcap").columns
-    np.testing.assert_allclose(columns["axis.position"], 1e-3 * np.sin(t), rtol=1e-12)
-    np.testing.assert_array_equal(columns["axis.command_V"], np.cos(t))
-
-
-def test_infinity_in_a_matlab_file_is_refused_with_its_row(tmp_path: Path) -> None:
-    scipy.io.savemat(tmp_path / "run.mat", {"t_s": [0.0, 0.1, np.inf], "x": [1.0, 2.0, 3.0]})
-    with pytest.raises(LogError, match=r"run.mat:3: column 't_s' is infinite: inf. Correct it, or leave it empty"):
-        read_table(tmp_path / "run.mat")
-
-
-def test_what_is_no_matlab_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + b" " * 86 + b"\x00\x02IM" + b"\x00" * 300)
-    with pytest.raises(LogError, match=r"format 7.3 \(HDF5\)"):
-        read_table(tmp_path / "a.mat")
-    (tmp_path / "b.mat").write_bytes(b"x" * 50)
-    with pytest.raises(LogError, match="no MATLAB file"):
-        read_table(tmp_path / "b.mat")
-
-
-SUGGESTED = [
-    ("Time [ms]", "t_s", "ms"),
-    ("pos_mm", "axis.position", "mm"),
-    ("Valve command (V)", "axis.command_V", "V"),
-    ("pA [bar]", "axis.pressure_a_Pa", "bar"),
-    ("Pressure B [psi]", "axis.pressure_b_Pa", "psi"),
-    ("supply_bar", "axis.supply_pressure_Pa", "bar"),
-    ("Tank pressure [bar]", "axis.return_pressure_Pa", "bar"),
-    ("comment", "", ""),
-]
-
-
-def test_a_map_is_proposed_from_column_names_and_reads_as_one(tmp_path: Path) -> None:
-    header = ",".join(name for name, _, _ in SUGGESTED)
-    data, _, _ = make(tmp_path, header + "\n" + ",".join("1" for _ in SUGGESTED) + "\n")
-    text = suggested_map(read_table(data), "my bench", "", {"axis": "linear"})
-    (tmp_path / "map.yaml").write_text(text)
-    found = load_map(tmp_path / "map.yaml").map
-    assert {entry.source: (name, entry.unit) for name, entry in found.columns.items()} == {
-        source: (name, unit) for source, name, unit in SUGGESTED if name
-    }
-    assert found.ignored == ("comment",)
-
-
-@pytest.mark.parametrize(
-    ("source", "field", "unit"),
-    [
-        ("vel_mm_s", "axis.velocity", "mm/s"),
-        ("speed_m_s", "axis.velocity", "m/s"),
-        ("rod speed mm/s", "axis.velocity", "mm/s"),
-        ("v_mps", "axis.velocity", "m/s"),
-        ("Velocity [mm/s]", "axis.velocity", "mm/s"),
-        ("acc_m_s2", "", ""),
-        ("delay_s", "", ""),
-        ("pressure_rate_bar_s", "", ""),
-        ("time_s", "t_s", "s"),
-        ("time_in_s", "t_s", "s"),
-        ("elapsed_ms", "t_s", "ms"),
-        ("X [s]", "t_s", "s"),
-    ],
-)
-def test_a_bare_second_is_the_time_only_of_what_is_called_so(tmp_path: Path, source: str, field: str, unit: str) -> None:
-    data, _, _ = make(tmp_path, f"{source}\n1\n")
-    (found,) = guess(read_table(data), {"axis": "linear"})
-    assert (found.field, found.unit) == (field, unit), found.why
-
-
-def test_german_names_are_known(tmp_path: Path) -> None:
-    """As a bench with a German data logger writes them."""
-    columns = {
-        "Zeit [s]": ("t_s", "s"), "Kolbenweg [mm]": ("axis.position", "mm"), "Druck A [bar]": ("axis.pressure_a_Pa", "bar"),
-        "Druck B [bar]": ("axis.pressure_b_Pa", "bar"), "Versorgungsdruck [bar]": ("axis.supply_pressure_Pa", "bar"),
-        "Rücklaufdruck [bar]": ("axis.return_pressure_Pa", "bar"), "Öltemperatur [°C]": ("axis.supply_temperature_C", "degC"),
-        "Ventilspannung [V]": ("axis.command_V", "V"), "Sollweg [mm]": ("axis.reference", "mm"),
-    }  # fmt: skip
-    data, _, _ = make(tmp_path, ",".join(columns) + "\n" + ",".join("1" for _ in columns) + "\n")
-    (tmp_path / "map.yaml").write_text(suggested_map(read_table(data), "pruefstand", "", {"axis": "linear"}))
-    found = load_map(tmp_path / "map.yaml").map.columns
-    assert {entry.source: (name, entry.unit) for name, entry in found.items()} == columns
-
-
-def test_a_proposed_map_says_where_no_column_is_the_time(tmp_path: Path) -> None:
-    data, _, _ = make(tmp_path, "pos_mm,remark\n1,0\n2,1\n")
-    text = suggested_map(read_table(data), "bench", "", {"axis": "linear"})
-    assert "# t_s: {source: '', unit: s}  # no column's name says that it is the time: name it here" in text
-    (tmp_path / "map.yaml").write_text(text)
-    assert list(load_map(tmp_path / "map.yaml").map.columns) == ["axis.position"]
 
 
 def test_a_column_that_no_verdict_needs_may_be_missing_from_one_table(tmp_path: Path) -> None:
