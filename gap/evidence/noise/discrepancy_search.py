@@ -99,7 +99,7 @@ class _Search:
         self._memories = _rungs(min(log.period_s for log in logs), longest_s)
         self.moving = [c for c in channels if any(log.there[..., c].any() for log in logs)]
         self.threads = max(logs[0].experiment.workers, 1)
-        self.pool = threads(self.threads)
+        self.each = _threads(self.threads).map if self.threads > 1 else map
         self._at = self._on_ladder(start)
         self._parts = [self._of_channel(c, self._at) for c in channels]
         self._whole = [np.sum([part.whole for part in parts], axis=0) for parts in zip(*self._parts, strict=True)]
@@ -192,7 +192,7 @@ class _Search:
         """Every window's own times of this channel's δ, beside the other channels and the likeliest shares of other friction."""
         now, others = self._at.times, self.others(c)
         options = [tuple(np.clip(t + s, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
-        tries = list(self.pool.map(lambda times: self._of_channel(c, replace(self._at, times=times)), options))
+        tries = list(self.each(lambda times: self._of_channel(c, replace(self._at, times=times)), options))
         rest = np.append(-likeliest_shares(self._whole, [log.states for log in self._logs], self._logs[0].forms, self._at.share), 1.0)
         found = [t.copy() for t in now]
         for n, log in enumerate(self._logs):
@@ -265,13 +265,13 @@ class _Tries:
         """The first of these; others are made beside it where a thread is free for them."""
         if places[0] not in self._known:
             search, new = self._search, [place for place in places if place not in self._known][: self._search.threads]
-            done = search.pool.map(lambda place: search.tried(self.c, self.others, search.at(self.c, place)), new)
+            done = search.each(lambda place: search.tried(self.c, self.others, search.at(self.c, place)), new)
             self._known.update(zip(new, done, strict=True))
         return self._known[places[0]]
 
 
 @cache
-def threads(number: int) -> ThreadPoolExecutor:
+def _threads(number: int) -> ThreadPoolExecutor:
     """Kept for all searches of a process: a try takes a millisecond or two."""
     return ThreadPoolExecutor(number)
 
