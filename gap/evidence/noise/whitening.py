@@ -28,7 +28,6 @@ Numbers = NDArray[np.int64]
 _LOWEST, _HIGHEST = (int(rung(value)) for value in (1e-3, 1e8))  # of δ in a window
 _ONE_AT_A_TIME = Lock()  # of the threads of a search, while they look at what is kept or add to it
 _KEPT_BYTES = 20_000_000  # of one log and channel; then it is begun anew, which costs no more time than looking through more
-_ROOM = 4  # times the windows, at first: memory that is not written to costs nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +177,7 @@ class Whitening:
         if sum(self._kept[key].count for key in own) * 8 * numbers**2 > _KEPT_BYTES:
             for key in own:
                 del self._kept[key]
-        where, room = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1), _ROOM * len(self.there)
+        where, room = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1), len(self.there)
         return self._kept.setdefault((c, time), _Kept(where, np.empty((room, numbers, numbers)), np.empty(room)))
 
 
