@@ -174,7 +174,7 @@ class Whitening:
         """Nothing kept yet of a channel and T; if the channel holds too much already, all of it is let go."""
         own = [key for key in self._kept if key[0] == c]
         numbers = self.states + self.forms
-        if sum(self._kept[key].count for key in own) * 8 * numbers**2 > _KEPT_BYTES:
+        if sum(self._kept[key].grams.nbytes for key in own) > _KEPT_BYTES:
             for key in own:
                 del self._kept[key]
         where, room = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1), len(self.there)
