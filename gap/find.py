@@ -37,6 +37,7 @@ from gap.fitting.evaluation import Evaluation
 from gap.fitting.model import Model
 from gap.fitting.model_check import against_model
 from gap.fitting.nuisance import nuisances
+from gap.freed_memory import keep_freed_memory
 from gap.judged_file import Searched
 from gap.naming import decide
 from gap.outcome.file_units import FileUnits
@@ -85,6 +86,7 @@ def search_gap(
     loaded: LoadedRig, fit_logs: Sequence[Measured], holdout_logs: Sequence[Measured], progress: Progress, settings: Settings = DEFAULTS
 ) -> Found:
     """The search on logs in memory. Its threads are its own: those of BLAS beside them made one step five times slower."""
+    keep_freed_memory()
     with threadpool_limits(limits=1, user_api="blas"):
         return _searched(loaded, fit_logs, holdout_logs, progress, settings)
 

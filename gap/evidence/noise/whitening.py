@@ -173,10 +173,10 @@ class Whitening:
     def _begun(self, c: int, time: int) -> _Kept:
         """Nothing kept yet of a channel and T; if the channel holds too much already, all of it is let go."""
         own = [key for key in self._kept if key[0] == c]
-        numbers = self.states + self.forms
         if sum(self._kept[key].grams.nbytes for key in own) > _KEPT_BYTES:
             for key in own:
                 del self._kept[key]
+        numbers = self.states + self.forms
         where, room = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1), len(self.there)
         return self._kept.setdefault((c, time), _Kept(where, np.empty((room, numbers, numbers)), np.empty(room)))
 

@@ -1,0 +1,22 @@
+"""Freed memory is kept for the next arrays of a search, whatever the process was started with.
+
+Dask starts its workers with MALLOC_TRIM_THRESHOLD_=65536, so that they give memory back early (its nanny's pre-spawn environment). With
+glibc every array over 128 KiB is then mapped and given back on its own: a search took 439 s of processor time instead of 260, 178 s of
+them in the kernel for 61 million page faults.
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # of `man 3 mallopt`
+_LARGEST = 32 << 20  # the most that glibc takes for the second
+_NEVER = 2**31 - 1
+
+
+def keep_freed_memory() -> None:
+    """For this process from now on; does nothing where the C library has no mallopt."""
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        mallopt(_MMAP_THRESHOLD, _LARGEST)
+        mallopt(_TRIM_THRESHOLD, _NEVER)
