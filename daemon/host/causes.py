@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,9 @@ from daemon.host.host_facts import host
 _CPU = "sys/devices/system/cpu"
 _DEEP_US = 10  # exit latency from which an idle state costs a 1 kHz loop something
 _SLOW_USB_MS = 1
+_ARPHRD_CAN = "280"  # of a network interface (linux/if_arp.h)
+_LONG_QUEUE = 16  # frames: 2 ms of a bus of 1 Mbit/s
+_IN_ORDER = (6, 6)  # kernel from which gs_usb keeps frames in their order (Klipper's documentation of CAN adapters)
 _PARENT, _PRIORITY, _POLICY = 1, 37, 38  # of the fields behind a process's name in /proc/PID/stat
 _KTHREADD = 2  # the kernel's threads are its children
 _SHOWN = 4  # real-time programs
@@ -29,7 +33,7 @@ class Cause:
 def causes(root: Path = Path("/"), stolen: float = 0.0) -> list[Cause]:
     """Everything that was looked at. `root`: where proc and sys stand; `stolen`: share of the time that the hypervisor took meanwhile."""
     looked_at = [*_kernel(), _governor(root), *_real_time_limit(root), _real_time_neighbours(root), *_idle_states(root), _siblings(root)]
-    return [*looked_at, _hypervisor(root, stolen), *_usb_serial(root)]
+    return [*looked_at, _hypervisor(root, stolen), *_usb_serial(root), *_can(root)]
 
 
 def stolen_ticks(root: Path = Path("/")) -> tuple[int, int]:
@@ -113,6 +117,34 @@ def _usb_serial(root: Path) -> Iterator[Cause]:
         wait_ms = int(_text(path) or 0)
         advice = f"echo 1 > /{path.relative_to(root)} (the shipped udev rules do it)" if wait_ms > _SLOW_USB_MS else ""
         yield Cause(f"USB adapter {path.parent.name}", f"holds short answers back for {wait_ms} ms", advice)
+
+
+def _can(root: Path) -> Iterator[Cause]:
+    """CAN interfaces: what waits in a long queue is sent late, and some adapters change the order."""
+    for path in sorted((root / "sys/class/net").glob("*")):
+        if _text(path / "type") != _ARPHRD_CAN:
+            continue
+        driver, bus = (_linked(path / "device" / link) for link in ("driver", "subsystem"))
+        frames = int(_text(path / "tx_queue_len") or 0)
+        advice = []
+        if frames > _LONG_QUEUE:
+            advice.append(f"Commands grow old in a long queue: ip link set {path.name} txqueuelen 10")
+        if driver == "gs_usb" and _kernel_version(root) < _IN_ORDER:
+            advice.append("Before Linux 6.6 gs_usb changes the order of frames: take a newer kernel or another adapter.")
+        yield Cause(
+            f"CAN {path.name}", f"{driver or 'no device'}{f' on {bus}' if bus else ''}, a queue of {frames} frames", " ".join(advice)
+        )
+
+
+def _kernel_version(root: Path) -> tuple[int, ...]:
+    """Its first two numbers; newer than any where the system does not say."""
+    numbers = _text(root / "proc/sys/kernel/osrelease").split(".")[:2]
+    return tuple(map(int, numbers)) if len(numbers) == 2 and all(map(str.isdigit, numbers)) else (sys.maxsize,)
+
+
+def _linked(path: Path) -> str:
+    """Name of what a link of /sys points to; empty without one."""
+    return path.resolve().name if path.exists() else ""
 
 
 def _text(path: Path) -> str:

@@ -67,6 +67,34 @@ def test_where_nothing_is_wrong_there_is_nothing_to_do(tmp_path: Path, change: d
     assert found[name].next_step == ""
 
 
+def can(root: Path, driver: str, frames: int, release: str) -> Path:
+    """A CAN adapter on USB beside a network card that is none."""
+    net = {"can0/type": "280", "can0/tx_queue_len": str(frames), "eth0/type": "1", "eth0/tx_queue_len": "1000"}
+    files = {f"sys/class/net/{name}": text for name, text in net.items()}
+    computer(root, LAPTOP | files | {"proc/sys/kernel/osrelease": release, f"sys/bus/usb/drivers/{driver}/bind": ""})
+    (root / "sys/class/net/can0/device").mkdir()
+    (root / "sys/class/net/can0/device/driver").symlink_to(root / f"sys/bus/usb/drivers/{driver}")
+    (root / "sys/class/net/can0/device/subsystem").symlink_to(root / "sys/bus/usb")
+    return root
+
+
+@pytest.mark.parametrize(
+    ("driver", "frames", "release", "advice"),
+    [
+        ("gs_usb", 10, "6.6.2-rt", ""),
+        ("gs_usb", 10, "6.12.0", ""),
+        ("gs_usb", 10, "6.1.0-21-rt-amd64", "Before Linux 6.6 gs_usb changes the order of frames"),
+        ("peak_usb", 10, "5.10.0", ""),
+        ("peak_usb", 128, "6.12.0", "ip link set can0 txqueuelen 10"),
+    ],
+)
+def test_a_can_adapter_is_judged_by_its_queue_and_its_driver(tmp_path: Path, driver: str, frames: int, release: str, advice: str) -> None:
+    found = [cause for cause in causes(can(tmp_path, driver, frames, release)) if cause.name.startswith("CAN ")]
+    assert [(cause.name, cause.value) for cause in found] == [("CAN can0", f"{driver} on usb, a queue of {frames} frames")]
+    assert advice in found[0].next_step
+    assert bool(advice) == bool(found[0].next_step)
+
+
 def stat(number: int, name: str, parent: int, priority: int, policy: int) -> dict[str, str]:
     """As `man 5 proc` has it: the policy is field 41."""
     fields = ["S", str(parent), *(["0"] * 35), str(priority), str(policy), "0", "0", "0"]
