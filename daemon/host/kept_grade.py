@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FILE_NAME = "host_grade.json"
 SERVICE_STATE_DIRECTORY = Path("/var/lib/longreach")
-_NEXT_STEP = "`longreach host --load --rig RIG` measures it."
+_NEXT_STEP = "`longreach host --load --rig RIG` measures it; end the daemon first."
 
 
 @dataclass(frozen=True, slots=True)

@@ -114,7 +114,7 @@ HOST_RATE = Declaration(
     limit_from="at least `loop.rate` where `loop.demand_rate` is true",
     source="longreach host",
     reaction=Reaction.REFUSE,
-    advice="Run `longreach host --load --rig RIG` on this computer, as root for the service; `longreach why --all` shows what counts.",
+    advice="End the daemon, run `longreach host --load --rig RIG` (for the service as root); `longreach why --all` shows what counts.",
 )
 
 _CHECKS = (E_STOP, STALL, TIMING, RECORDER_LOST, RECORDER_SILENT, DROPS, DISK, SUPERVISOR, HOST_RATE)

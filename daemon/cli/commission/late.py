@@ -29,8 +29,8 @@ def whose(overruns: int, cycles: int, rig_file: str) -> str:
     host = f"`longreach host --load --rig {rig_file}`"
     if overruns:
         seen = f"{overruns} of {cycles} cycles of the loop ended late meanwhile"
-        return f"{seen}: this computer is late. {host} says what holds it up; then {on}"
+        return f"{seen}: this computer is late. With the daemon ended, {host} says what holds it up; then {on}"
     return (
         f"The loop itself kept time in its {cycles} cycles: look at the device and its bus, `longreach status` shows what its link counts. "
-        f"Is the device a twin on this computer, {host} says what holds it up. Then {on}"
+        f"Is the device a twin on this computer, with the daemon ended {host} says what holds it up. Then {on}"
     )
