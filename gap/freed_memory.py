@@ -10,13 +10,21 @@ from __future__ import annotations
 import ctypes
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # of `man 3 mallopt`
+_LIBRARY = ctypes.CDLL(None)
 _LARGEST = 32 << 20  # the most that glibc takes for the second
 _NEVER = 2**31 - 1
 
 
 def keep_freed_memory() -> None:
     """For this process from now on; does nothing where the C library has no mallopt."""
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    mallopt = getattr(_LIBRARY, "mallopt", None)
     if mallopt is not None:
         mallopt(_MMAP_THRESHOLD, _LARGEST)
         mallopt(_TRIM_THRESHOLD, _NEVER)
+
+
+def give_back_freed_memory() -> None:
+    """All that is not used now: a stage of a search leaves holes between what it keeps, which the next one does not fit into."""
+    trim = getattr(_LIBRARY, "malloc_trim", None)
+    if trim is not None:
+        trim(0)

@@ -28,6 +28,7 @@ from gap.fitting.evaluation import FLOOR, Evaluation, evaluate, mean_cost, recou
 from gap.fitting.fit import Fit
 from gap.fitting.model import Model
 from gap.fitting.simulate import remembering
+from gap.freed_memory import give_back_freed_memory
 from gap.outcome.findings import LeastSize
 from gap.outcome.localise import Disagreement
 from gap.outcome.names import Explanation, Fitted, LookAlike, Named
@@ -66,6 +67,7 @@ def decide(
     search = opening(loaded.rig, state.nominal.free, experiments, names)
     for stage in STAGES:
         search = stage(search, progress)
+        give_back_freed_memory()
     progress("asking the hold-out")
     outcome = said(search, [uncut(e, loaded.rig, names) for e in state.holdouts], names)
     state = _with_constants(state, search.null)

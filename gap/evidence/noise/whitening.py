@@ -27,7 +27,7 @@ from gap.evidence.noise.unknowns import Unknowns
 Numbers = NDArray[np.int64]
 _LOWEST, _HIGHEST = (int(rung(value)) for value in (1e-3, 1e8))  # of δ in a window
 _ONE_AT_A_TIME = Lock()  # of the threads of a search, while they look at what is kept or add to it
-_KEPT_BYTES = 20_000_000  # of one log and channel; then it is begun anew, which costs no more time than looking through more
+_KEPT_BYTES = 8_000_000  # of one log and channel; then it is begun anew, which costs no more time than looking through more
 
 
 @dataclass(frozen=True, slots=True)

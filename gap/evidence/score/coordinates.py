@@ -16,6 +16,9 @@ from gap.data.windows import Experiment
 from gap.fitting.model import Free, Model
 from gap.fitting.sensitivity import MOVE, PRIOR_MOVE
 from gap.fitting.simulate import simulate
+from sim_backend.memory.layout import Vector
+
+_PAIRS = 4  # of readings at a time, for every thread
 
 
 def phi_of(model: Model) -> Array:
@@ -77,11 +80,17 @@ def along(model: Model, experiments: Sequence[Experiment], moves: Array) -> list
     samples × channels."""
     phi, (low, high) = phi_of(model), ends(model)
     vectors = [model.vector(theta_of(model, np.clip(phi + side * move, low, high))) for move in moves for side in (1.0, -1.0)]
-    return [_halved(simulate(e, vectors)) if vectors else np.empty((0, *e.measured.shape)) for e in experiments]
+    return [_halved(e, vectors) for e in experiments]
 
 
-def _halved(readings: Sequence[Array]) -> Array:
-    return 0.5 * np.stack([there - back for there, back in zip(readings[::2], readings[1::2], strict=True)])
+def _halved(experiment: Experiment, vectors: Sequence[Vector]) -> Array:
+    """Half of the difference within every pair; some pairs at a time, since their readings fill the memory."""
+    found, step = np.empty((len(vectors) // 2, *experiment.measured.shape)), _PAIRS * max(experiment.workers, 1)
+    for first in range(0, len(found), step):
+        readings = simulate(experiment, vectors[2 * first : 2 * (first + step)])
+        for k, (there, back) in enumerate(zip(readings[::2], readings[1::2], strict=True), first):
+            found[k] = 0.5 * (there - back)
+    return found
 
 
 def _positive(free: Free) -> bool:
