@@ -30,6 +30,7 @@ _TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls|ip) [^`]*)`")
 EXIT_REFUSED = 1
 EXIT_USAGE = 2
 EXIT_UNUSABLE_DATA = 3
+EXIT_INTERRUPTED = 130
 
 Mend = Mapping[str, str | None]
 

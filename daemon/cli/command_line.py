@@ -12,13 +12,12 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 
-from config.errors import EXIT_REFUSED, LongreachError
+from config.errors import EXIT_INTERRUPTED, EXIT_REFUSED, LongreachError
 from config.whole_file import refused_by_system
 from daemon.cli.commands import Parser, add_commands
 from daemon.cli.connection import asks_daemon
 from daemon.cli.refusal import close_output, report
 
-EXIT_INTERRUPTED = 130
 TRACEBACK = "LONGREACH_TRACEBACK"  # in the environment: where an internal error came from
 DAEMON_GOES_ON = "; the daemon goes on: `longreach status` shows what it does, `longreach stop` stops motion"
 RunCommand = Callable[[argparse.Namespace], int]

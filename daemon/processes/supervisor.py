@@ -18,7 +18,7 @@ import sys
 from pathlib import Path
 
 from config.checking.check import refuse_unusable
-from config.errors import EXIT_REFUSED, LongreachError
+from config.errors import EXIT_INTERRUPTED, EXIT_REFUSED, LongreachError
 from config.loading.load import LoadedRig, load_rig
 from config.whole_file import refused_by_system
 from daemon.processes import paths
@@ -30,7 +30,8 @@ from daemon.server.socket_server import serving
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Exit status 0 after an orderly end, 1 after a refusal or the death of the control process, 2 wrong usage."""
+    """Exit status 0 after an orderly end, 1 after a refusal or the death of the control process, 2 wrong usage, 130 where Ctrl-C came
+    before anything was started."""
     arguments = _parser().parse_args(argv)
     try:
         return asyncio.run(_run(arguments))
@@ -39,6 +40,9 @@ def main(argv: list[str] | None = None) -> int:
         print(f"longreachd: {refusal}\nnext: {_next_command(refusal, arguments.rig)}", file=sys.stderr, flush=True)
         notify(f"STATUS={refusal}")
         return EXIT_REFUSED
+    except KeyboardInterrupt:
+        print("longreachd: ended by Ctrl-C before anything was started", file=sys.stderr, flush=True)
+        return EXIT_INTERRUPTED
 
 
 def _next_command(refusal: LongreachError, rig: str) -> str:
@@ -77,9 +81,9 @@ async def _run(arguments: argparse.Namespace) -> int:
 async def _serve(rig: LoadedRig, children: ChildSupervision, arguments: argparse.Namespace, runtime: Path, log_dir: Path) -> int:
     """From the start of the child processes to their end, with the socket open while the loop runs."""
     handlers = RequestHandlers(rig.rig, children, rig.text)
-    children.start(handlers)
     for number in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(number, children.shut_down)
+    children.start(handlers)
     await children.until_ready()
     if children.leaving:
         print(f"longreachd: {rig.rig.name} was told to end while it started; its outputs stayed safe", flush=True)

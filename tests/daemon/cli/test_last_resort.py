@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from config.errors import EXIT_INTERRUPTED
 from daemon.cli import command_line
 from daemon.cli.main import main
 
@@ -57,10 +58,10 @@ def test_only_a_command_that_asked_the_daemon_says_that_it_goes_on(
 ) -> None:
     monkeypatch.setattr("daemon.cli.operate.version_command._version", raising(KeyboardInterrupt()))
     monkeypatch.setattr("daemon.cli.connection.OperatorClient", raising_client)
-    assert main(["version"]) == command_line.EXIT_INTERRUPTED
+    assert main(["version"]) == EXIT_INTERRUPTED
     assert capsys.readouterr().err == "interrupted\n"
     for name in ("status", "stop"):
-        assert main([name]) == command_line.EXIT_INTERRUPTED
+        assert main([name]) == EXIT_INTERRUPTED
         assert "the daemon goes on" in capsys.readouterr().err
 
 
@@ -70,7 +71,7 @@ def raising_client(*_: object, **__: object) -> None:
 
 def test_an_interrupt_before_the_words_are_read_is_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command_line, "build_parser", raising_client)
-    assert main(["version"]) == command_line.EXIT_INTERRUPTED
+    assert main(["version"]) == EXIT_INTERRUPTED
 
 
 def test_python_runs_the_package_too() -> None:

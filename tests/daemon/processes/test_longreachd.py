@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import signal
 import socket
@@ -12,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from config.errors import ConfigError, DaemonError, ManeuverError
+from config.errors import EXIT_INTERRUPTED, ConfigError, DaemonError, ManeuverError
+from daemon.processes import supervisor
 from daemon.server.protocol import Client
 from drivers.output_register import OutputRegister
 from recording.evaluation.replay import reexecute
@@ -324,6 +326,23 @@ def test_told_to_end_while_it_starts_it_ends_and_claims_no_mode(tmp_path: Path) 
         assert "was told to end while it started; its outputs stayed safe" in starting.text()
         assert "is disarmed" not in starting.text()
         assert not starting.socket.exists()
+
+
+def test_ctrl_c_at_its_first_words_ends_it_in_order(tmp_path: Path) -> None:
+    with RunningDaemon(tmp_path) as starting:
+        until(lambda: "host grade" in starting.text())
+        starting.process.send_signal(signal.SIGINT)
+        assert starting.process.wait(120) == 0
+        assert "Traceback" not in starting.text()
+
+
+def test_ctrl_c_before_anything_was_started_is_one_sentence(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(arguments: argparse.Namespace) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(supervisor, "_run", interrupted)
+    assert supervisor.main(["ornl_testbed"]) == EXIT_INTERRUPTED
+    assert capsys.readouterr().err == "longreachd: ended by Ctrl-C before anything was started\n"
 
 
 def catches(pid: int, number: signal.Signals) -> bool:
