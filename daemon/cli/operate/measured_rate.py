@@ -16,9 +16,10 @@ import numpy as np
 from config.checking.check import refuse_unusable
 from config.errors import DaemonError
 from config.loading.identified import record_path
-from config.loading.load import LoadedRig, changed_rig, load_rig
+from config.loading.load import LoadedRig, changed_rig
 from config.schema.rig import Rig
 from daemon.cli.operate.private_daemon import private_daemon
+from daemon.faults.benches.daemon_process import hold
 from daemon.host.rate_seen import MEASURED_S, RateSeen, rate_seen
 from daemon.server.protocol import Client
 from recording.files.reader import read_log
@@ -26,7 +27,6 @@ from recording.files.reader import read_log
 # What would end the measurement; it is judged by the rig's own limits.
 _PATIENT = ("loop.demand_rate=false", "loop.overruns.stop_after=1000000", "loop.overruns.fault_late=1 s")
 _HOLD_LIMIT_S = 5.0
-_POLL_S = 0.05
 
 
 def measure(loaded: LoadedRig, rate_Hz: float | None = None, seconds: float = MEASURED_S) -> RateSeen:
@@ -41,17 +41,17 @@ def measure(loaded: LoadedRig, rate_Hz: float | None = None, seconds: float = ME
         rig = out / "rig.yaml"
         rig.write_text(changed.text)
         try:
-            held, first, last, refused = _measured(rig, out, seconds)
+            held, first, last, refused = _measured(rig, out, seconds, is_simulated(loaded.rig))
         except DaemonError as error:  # its words stood in a file that is gone
             parts = error.refusal
             raise DaemonError(parts.what, value=parts.value, where=loaded.path, next_step=parts.next_step) from error
         return rate_seen(_rows(out, first, last), loaded.rig.loop, rate_Hz, held, refused)
 
 
-def _measured(rig: Path, out: Path, seconds: float) -> tuple[bool, int, int, tuple[str, ...]]:
+def _measured(rig: Path, out: Path, seconds: float, may_hold: bool) -> tuple[bool, int, int, tuple[str, ...]]:
     """Whether it was held, the first and the last cycle, rights that were refused."""
     with private_daemon(rig, out) as client:
-        held = is_simulated(load_rig(rig).rig) and _hold(client)
+        held = may_hold and _held(client)
         first = client.call("status")["cycle"]
         time.sleep(seconds)
         return held, first, client.call("status")["cycle"], _refused(client)
@@ -68,16 +68,11 @@ def _record(loaded: LoadedRig) -> list[str]:
     return [] if identified is None else [f"identified.record={record_path(identified.record, Path(loaded.path)).resolve()}"]
 
 
-def _hold(client: Client) -> bool:
+def _held(client: Client) -> bool:
     """Armed and held; False where the rig refuses, because something has to be proved first for instance."""
-    limit = time.monotonic() + _HOLD_LIMIT_S
-    client.call("reset")
-    while time.monotonic() < limit:
-        if client.call("status")["mode"] == "holding":
-            return True
-        with suppress(DaemonError):
-            client.call("arm")
-        time.sleep(_POLL_S)
+    with suppress(DaemonError):
+        hold(client, _HOLD_LIMIT_S)
+        return True
     return False
 
 
