@@ -30,21 +30,22 @@ from config.signal_names import JOINT_SIGNALS, RIG_SIGNALS
 REFERENCE = Path(__file__).parents[1] / "docs" / "reference"
 
 _UNITS = """\
-A number may carry a unit: `2000 psi`, `0.35 V/deg`, `30 in`, `100 in/s^2`, `45 lb`, `40 degC`. A bare number is in the unit of the
-table. Angle counts as a dimension: where rad/s is asked for, `5 Hz` is refused and `5 turn/s` is right. Anchors, aliases and merge
-keys of YAML are not used; unknown and repeated keys are errors.
+A number may carry a unit: `2000 psi`, `0.35 V/deg`, `30 in`, `100 in/s^2`, `45 lb`, `40 degC`. A bare number
+is in the unit of the table. Angle counts as a dimension: where rad/s is asked for, `5 Hz` is refused and
+`5 turn/s` is right. Anchors, aliases and merge keys of YAML are not used; unknown and repeated keys are
+errors.
 """
 _WIDTH = 110
 _MAP_START = """\
 A map of `longreach import` begins with `longreach: map/1`. Its keys are [columns of a log](../method/log.md).
-The table is a CSV (comma, semicolon or tab) or a MATLAB file. Where the separator is no comma, numbers may have
-decimal commas; a line of units below the names belongs to them: `pos` over `mm` is the source `pos [mm]`.
-Dates with times (`2026-11-25 20:57:12.5`, `25.11.2026 20:57:12,5`) and times of day are seconds since
-the first row."""
+The table is a CSV (comma, semicolon or tab) or a MATLAB file. Where the separator is no comma, numbers may
+have decimal commas; a line of units below the names belongs to them: `pos` over `mm` is the source
+`pos [mm]`. Dates with times (`2026-11-25 20:57:12.5`, `25.11.2026 20:57:12,5`) and times of day are seconds
+since the first row."""
 _DRIVERS = """\
-What may stand under `options:` of a device in a rig file, and which channels its signals and outputs can name.
-A plug-in declares the same of its driver: `longreach device options DRIVER` prints this page of any installed
-driver, and `longreach check` uses it.
+What may stand under `options:` of a device in a rig file, and which channels its signals and outputs can
+name. A plug-in declares the same of its driver: `longreach device options DRIVER` prints this page of any
+installed driver, and `longreach check` uses it.
 """
 _WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false", datetime.date: "day, YYYY-MM-DD", Any: "anything"}
 
@@ -83,7 +84,7 @@ def _signal_names() -> str:
         "`JOINT.position` is required for every joint. `JOINT.second_position`, another sensor of the same motion, is logged and compared, "
         "never controlled with. Pressures are gauge; the tip's deflection is positive towards growing rotary angle."
     )
-    return f"\n## Names of signals\n\n{note}\n\n| name | measures |\n|---|---|\n{table}"
+    return f"\n## Names of signals\n\n{_filled(note)}\n\n| name | measures |\n|---|---|\n{table}"
 
 
 def _sections(path: str, annotation: Any, *, is_top: bool = False) -> Iterator[str]:
@@ -122,11 +123,16 @@ def _about(section: type[Section]) -> str:
     about = inspect.cleandoc(section.__doc__) if "__doc__" in vars(section) and section.__doc__ else ""
     effect = next((effect for effect in EFFECTS.values() if effect.entry is section), None)
     if effect is None:
-        return about
+        return _filled(about)
     law = (inspect.getdoc(inspect.getmodule(section)) or "").split("\n\n")
     nothing = " and ".join(f"`{key}: {value:g}`" for key, value in effect.neutral.items())
     parts = [*law, about, f"Without effect at {nothing}. In a log: {effect.fingerprint}"]
-    return "\n\n".join(textwrap.fill(part, _WIDTH, break_long_words=False, break_on_hyphens=False) for part in parts if part)
+    return _filled("\n\n".join(part for part in parts if part))
+
+
+def _filled(text: str) -> str:
+    """Its paragraphs, in lines of a page's width."""
+    return "\n\n".join(textwrap.fill(part, _WIDTH, break_long_words=False, break_on_hyphens=False) for part in text.split("\n\n"))
 
 
 def _variant(section: type[Section]) -> str:

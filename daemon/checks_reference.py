@@ -28,7 +28,8 @@ _MODES = (Mode.ARMING, Mode.HOLDING, Mode.RUNNING, Mode.STOPPING)
 _HEAD = """\
 # Checks
 
-Generated from the checks' declarations (`daemon/checks/declared`) by `python -m daemon.checks_reference`; do not edit.
+Generated from the checks' declarations (`daemon/checks/declared`) by `python -m daemon.checks_reference`; do
+not edit.
 
 `longreach why --all` shows every check with value, limit, unit, source and age. The same checks run in every
 cycle: one that fails has its reaction in that cycle. When several fail, the most severe reaction wins. Of one
