@@ -151,7 +151,7 @@ def _bent(seen: Seen, point: Point, straight: Point, damped: Array) -> Point:
     """A step that follows a valley's bend: what the straight one has missed, solved for with the same sensitivities and taken off
     (geodesic acceleration, over the whole step: Transtrum and Sethna 2012, arXiv:1201.5885)."""
     prior, missed = prior_of(point.model), _missed(seen, point, straight)
-    rows = [np.concatenate((m[None], jacobian)) for m, jacobian in zip(missed, point.jacobian, strict=True)]
+    rows = [(m[None], jacobian) for m, jacobian in zip(missed, point.jacobian, strict=True)]
     back = np.linalg.solve(damped, seen.weighed(rows, point.discrepancy).inner[1:, 0])
     return _moved(seen, point, np.clip(phi_of(straight.model) - back, prior.low, prior.high))
 

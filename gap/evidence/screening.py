@@ -122,10 +122,7 @@ class Screen:
 
     def __init__(self, seen: Seen, base: Hypothesis, signatures: Sequence[LinearSignature]) -> None:
         at, left = base.at, seen.left(base.at.readings)
-        rows = [
-            np.concatenate([r[None], j, *(s.columns[n] for s in signatures)])
-            for n, (r, j) in enumerate(zip(left, at.jacobian, strict=True))
-        ]
+        rows = [(r[None], j, *(s.columns[n] for s in signatures)) for n, (r, j) in enumerate(zip(left, at.jacobian, strict=True))]
         inner = seen.weighed(rows, at.discrepancy).inner
         own = slice(1, 1 + len(base.model.free))
         prior, phi = prior_of(base.model), phi_of(base.model)

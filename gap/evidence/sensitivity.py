@@ -8,7 +8,7 @@ as far as it is known. A shorter move would tell of single events where a joint 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -62,9 +62,11 @@ def _taken(seen: Seen, point: Point, logs: Seen, there: Point, shown: NDArray[np
     return tuple(jacobian)
 
 
-def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Array, sd: Array, free: Numbers, least: float) -> list[Array]:
-    """d readings / dφ of the numbers `free`, from moves along the axes of their posterior in units of the priors' standard deviations `sd`;
-    along axes less stiff than `least` times the priors they stay as they were."""
+def _along_axes(
+    experiments: Sequence[Experiment], point: Point, precision: Array, sd: Array, free: Numbers, least: float
+) -> Iterator[Array]:
+    """d readings / dφ of the numbers `free`, one log after the other, from moves along the axes of their posterior in units of the priors'
+    standard deviations `sd`; along axes less stiff than `least` times the priors they stay as they were."""
     own = sd[free]
     stiffness, axes = np.linalg.eigh(own[:, None] * precision[np.ix_(free, free)] * own)
     told = stiffness > least
@@ -72,12 +74,13 @@ def _along_axes(experiments: Sequence[Experiment], point: Point, precision: Arra
     moves = np.zeros((int(told.sum()), len(precision)))
     moves[:, free] = (axes[:, told] * lengths).T * own
     kept = (axes[:, ~told] / own[:, None]) @ (axes[:, ~told] * own[:, None]).T
-    found = []
     for e, j, change in zip(experiments, point.jacobian, along(point.model, experiments, moves), strict=True):
         was = j[free] * e.sigma
-        change = np.where(np.isfinite(change), change, np.tensordot(moves[:, free], was, 1))
-        found.append(np.tensordot(kept, was, 1) + np.tensordot(axes[:, told] / own[:, None] / lengths, change, 1))
-    return found
+        if not np.isfinite(change).all():
+            change = np.where(np.isfinite(change), change, np.tensordot(moves[:, free], was, 1))
+        found = np.tensordot(kept, was, 1)
+        found += np.tensordot(axes[:, told] / own[:, None] / lengths, change, 1)
+        yield found
 
 
 def _known(experiment: Experiment, new: Array, old: Array) -> Array:

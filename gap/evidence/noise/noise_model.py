@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gap.data.measured import Array
-from gap.evidence.noise.whitening import Part, Whitening
+from gap.evidence.noise.whitening import Blocks, Part, Whitening
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +48,8 @@ class Weighed:
     log_det: float
 
 
-def weighed(logs: Sequence[Whitening], rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
-    """`rows`: of every log, rows × windows × samples × channels in units of the noise, 0 where nothing was measured."""
+def weighed(logs: Sequence[Whitening], rows: Sequence[Blocks], discrepancy: Discrepancy) -> Weighed:
+    """`rows`: of every log, in units of the noise, 0 where nothing was measured."""
     grams, log_dets = _of_logs(logs, rows, discrepancy)
     found = reduced(grams, [log.states for log in logs], logs[0].forms, discrepancy.share)
     return Weighed(found.inner, found.log_det + sum(float(d.sum()) for d in log_dets))
@@ -58,7 +58,7 @@ def weighed(logs: Sequence[Whitening], rows: Sequence[Array], discrepancy: Discr
 def by_window(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Discrepancy) -> Array:
     """ln p of the residuals `left` in every window, one log after the other, with the likeliest shares of other friction; without the
     −½ ln 2π of the readings."""
-    grams, log_dets = _of_logs(logs, [own[None] for own in left], discrepancy)
+    grams, log_dets = _of_logs(logs, [(own[None],) for own in left], discrepancy)
     rest = np.append(-likeliest_shares(grams, [log.states for log in logs], logs[0].forms, discrepancy.share), 1.0)
     densities = [window_densities(g, log.states, rest) for g, log in zip(grams, logs, strict=True)]
     return np.concatenate([p - 0.5 * d.sum(axis=1) for p, d in zip(densities, log_dets, strict=True)])
@@ -66,13 +66,13 @@ def by_window(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Dis
 
 def over_shares(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Discrepancy, shares: Array) -> Array:
     """ln p of the residuals `left` for every one of some `shares` η, δ, T and s as they are, up to what all have alike."""
-    grams, _ = _of_logs(logs, [own[None] for own in left], discrepancy)
+    grams, _ = _of_logs(logs, [(own[None],) for own in left], discrepancy)
     total = _less_states_of_logs(grams, [log.states for log in logs])
     found = [less_shared(total, logs[0].forms, float(share)) for share in shares]
     return np.array([-0.5 * (float(f.inner[0, 0]) + f.log_det) for f in found])
 
 
-def _of_logs(logs: Sequence[Whitening], rows: Sequence[Array], discrepancy: Discrepancy) -> tuple[list[Array], list[Array]]:
+def _of_logs(logs: Sequence[Whitening], rows: Sequence[Blocks], discrepancy: Discrepancy) -> tuple[list[Array], list[Array]]:
     """Of every log the inner products [A B x]ᵀ C⁻¹ [A B x] of its windows, and log|C|, windows × channels."""
     found = [log.grams(own, discrepancy.of_log(n), discrepancy.time_s) for n, (log, own) in enumerate(zip(logs, rows, strict=True))]
     return [grams for grams, _ in found], [log_det for _, log_det in found]

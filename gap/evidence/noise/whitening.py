@@ -10,6 +10,7 @@ discrepancy costs one filter of x, forwards and back. What is kept is a memory o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -25,8 +26,10 @@ from gap.evidence.noise.ornstein_uhlenbeck import Filter, at_rung, filter_of, ga
 from gap.evidence.noise.unknowns import Unknowns
 
 Numbers = NDArray[np.int64]
+Blocks = Sequence[Array]  # of rows, each numbers × windows × samples × channels; together they may be larger than a copy has room for
 _LOWEST, _HIGHEST = (int(rung(value)) for value in (1e-3, 1e8))  # of δ in a window
 _ONE_AT_A_TIME = Lock()  # of the threads of a search, while they look at what is kept or add to it
+_AT_ONCE = 2  # windows of which all rows are whitened before their products are taken
 _KEPT_BYTES = 8_000_000  # of one log and channel; then it is begun anew, which costs no more time than looking through more
 
 
@@ -123,9 +126,9 @@ class Whitening:
         cross = np.concatenate([products, squares[:, None]], axis=1)
         return Part(kept.grams, numbers, cross, kept.log_det[numbers])
 
-    def grams(self, rows: Array, sd: Array, time_s: Array) -> tuple[Array, Array]:
-        """Inner products of [A B x] in every window for rows x (numbers × windows × samples × channels), and log|C|, windows × channels.
-        `sd`: windows × channels, or one a channel."""
+    def grams(self, rows: Blocks, sd: Array, time_s: Array) -> tuple[Array, Array]:
+        """Inner products of [A B x] in every window for rows x, and log|C|, windows × channels. `sd`: windows × channels, or one a
+        channel."""
         windows, _, channels = self.there.shape
         sizes = np.broadcast_to(np.clip(rung(sd), _LOWEST, _HIGHEST), (windows, channels))
         times = rung(time_s)
@@ -136,15 +139,16 @@ class Whitening:
         made = filter_of(self.there, at_rung(sizes), at_rung(times), self.period_s)
         return joined(of_unknowns, *self._side_by_side(made, rows)), made.log_det
 
-    def _side_by_side(self, made: Filter, rows: Array) -> tuple[Array, Array]:
-        """Inner products of rows x with [A B], and among themselves; a share of the windows on every thread."""
+    def _side_by_side(self, made: Filter, rows: Blocks) -> tuple[Array, Array]:
+        """Inner products of rows x with [A B], and among themselves; some windows on every thread, what is made of them small enough for a
+        processor's own memory."""
         workers, unknowns = max(self.experiment.workers, 1), self._by_window
 
         def of_windows(part: slice) -> tuple[Array, Array]:
-            white, solved = made.of_windows(part).applied(rows[:, part])
+            white, solved = made.of_windows(part).applied(np.concatenate([block[:, part] for block in rows]))
             return np.matmul(solved, unknowns[part]), np.matmul(white, white.transpose(0, 2, 1))
 
-        cuts = np.linspace(0, len(made.gain), workers + 1).astype(int)
+        cuts = [*range(0, len(made.gain), _AT_ONCE), len(made.gain)]
         with ThreadPoolExecutor(workers) as pool:
             parts = list(pool.map(lambda ends: of_windows(slice(*ends)), pairwise(cuts)))
         return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])

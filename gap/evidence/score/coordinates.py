@@ -7,7 +7,7 @@ once. And where only the order of magnitude is known (scale ≥ start: how frict
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -75,12 +75,13 @@ def one_way(model: Model, experiments: Sequence[Experiment], numbers: Sequence[i
     return [(np.stack(simulate(e, vectors)) - r) / steps for e, r in zip(experiments, base, strict=True)]
 
 
-def along(model: Model, experiments: Sequence[Experiment], moves: Array) -> list[Array]:
+def along(model: Model, experiments: Sequence[Experiment], moves: Array) -> Iterator[Array]:
     """Half of what readings of every log change from −move to +move of φ, for every one of `moves` (moves × numbers): moves × windows ×
-    samples × channels."""
+    samples × channels; one log at a time, since they fill the memory."""
     phi, (low, high) = phi_of(model), ends(model)
     vectors = [model.vector(theta_of(model, np.clip(phi + side * move, low, high))) for move in moves for side in (1.0, -1.0)]
-    return [_halved(e, vectors) for e in experiments]
+    for experiment in experiments:
+        yield _halved(experiment, vectors)
 
 
 def _halved(experiment: Experiment, vectors: Sequence[Vector]) -> Array:

@@ -16,7 +16,7 @@ from gap.evidence.noise.discrepancy_search import fitted_discrepancy
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
 from gap.evidence.noise.other_form import expected_form
 from gap.evidence.noise.unknowns import unknowns_of
-from gap.evidence.noise.whitening import Whitening
+from gap.evidence.noise.whitening import Blocks, Whitening
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coarsening import power
 from gap.evidence.score.coordinates import phi_of
@@ -54,8 +54,8 @@ class Seen:
         """(measured − simulated) / noise of every log, windows × samples × channels; 0 where nothing was measured."""
         return [residual(e, r).reshape(e.measured.shape) for e, r in zip(self.experiments, readings, strict=True)]
 
-    def weighed(self, rows: Sequence[Array], discrepancy: Discrepancy) -> Weighed:
-        """ζ xᵀΣ⁻¹x of rows x (rows × windows × samples × channels of every log), and ζ ln|Σ|."""
+    def weighed(self, rows: Sequence[Blocks], discrepancy: Discrepancy) -> Weighed:
+        """ζ xᵀΣ⁻¹x of rows x of every log, and ζ ln|Σ|."""
         found = weighed(self.logs, rows, discrepancy)
         return Weighed(self.counts * found.inner, self.counts * found.log_det)
 
@@ -164,7 +164,7 @@ def strained(seen: Seen, hypothesis: Hypothesis) -> bool:
 def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> Posterior:
     """The normal approximation at a point; `left`: its residuals where they are known better than from its readings."""
     left = seen.left(point.readings) if left is None else left
-    rows = [np.concatenate([r[None], j]) for r, j in zip(left, point.jacobian, strict=True)]
+    rows = [(r[None], j) for r, j in zip(left, point.jacobian, strict=True)]
     found = seen.weighed(rows, point.discrepancy)
     prior, phi = prior_of(point.model), phi_of(point.model)
     precision, slope = found.inner[1:, 1:] + np.diag(prior.precision), found.inner[1:, 0] - prior.precision * phi
@@ -173,7 +173,7 @@ def posterior(seen: Seen, point: Point, left: Sequence[Array] | None = None) -> 
 
 def log_density(seen: Seen, point: Point) -> float:
     """ζ ln p(y | φ) + ln p(φ) at a point."""
-    found = seen.weighed([r[None] for r in seen.left(point.readings)], point.discrepancy)
+    found = seen.weighed([(r[None],) for r in seen.left(point.readings)], point.discrepancy)
     return _density(seen, point, found)
 
 

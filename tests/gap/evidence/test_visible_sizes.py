@@ -3,6 +3,7 @@ the covariance of the readings; and against a simulated machine that has the eff
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -37,8 +38,8 @@ class White:
     def left(self, readings: Any) -> list[Array]:
         return [np.zeros((1, SAMPLES, 1))]
 
-    def weighed(self, rows: list[Array], discrepancy: Any) -> Weighed:
-        flat = rows[0].reshape(len(rows[0]), -1)
+    def weighed(self, rows: Sequence[Sequence[Array]], discrepancy: Any) -> Weighed:
+        flat = np.concatenate([block.reshape(len(block), -1) for block in rows[0]])
         return Weighed(flat @ flat.T, 0.0)
 
 

@@ -95,7 +95,7 @@ def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix
     logs, unknowns = zip(*(log(draw) for _ in range(2)), strict=True)
     discrepancy = Discrepancy(on_ladder(0.8, 3.0), on_ladder(0.03, 0.006), 0.7)
     rows = [np.where(np.isfinite(e.measured), draw.normal(size=(4, *e.measured.shape)), 0.0) for e in logs]
-    made = weighed([Whitening(*own) for own in zip(logs, unknowns, strict=True)], rows, discrepancy)
+    made = weighed([Whitening(*own) for own in zip(logs, unknowns, strict=True)], [[own] for own in rows], discrepancy)
     blocks, flat, forms = [], [], []
     for e, known, own in zip(logs, unknowns, rows, strict=True):
         for w in range(5):
@@ -126,7 +126,7 @@ def test_windows_with_a_discrepancy_of_their_own_size_against_dense_matrices() -
     e, unknowns = log(draw)
     times = on_ladder(*np.exp(draw.normal(size=10))).reshape(5, 2)
     discrepancy = Discrepancy(on_ladder(0.8, 3.0), on_ladder(0.03, 0.006), 0.7, (times,))
-    made = weighed([Whitening(e, replace(unknowns, forms=unknowns.forms[:0]))], [np.zeros((1, 5, 20, 2))], discrepancy)
+    made = weighed([Whitening(e, replace(unknowns, forms=unknowns.forms[:0]))], [[np.zeros((1, 5, 20, 2))]], discrepancy)
     logs = 0.0
     for w in range(5):
         logs += np.linalg.slogdet(dense_of_window(e, unknowns, w, discrepancy.sd * times[w], discrepancy.time_s))[1]
@@ -165,7 +165,7 @@ def test_a_window_that_is_far_off_is_told_from_the_others() -> None:
     assert np.median(found.times[0]) == pytest.approx(1.0, rel=0.2)
     other, log_p = on_other_logs([alone(left, none)], [left], np.array([25.0]), replace(found, times=()))
     assert other.times[0][17, 0] > 7.0
-    plain = weighed([alone(left, none)], [left[None]], replace(found, times=()))
+    plain = weighed([alone(left, none)], [[left[None]]], replace(found, times=()))
     assert log_p > 20.0 - 0.5 * (float(plain.inner[0, 0]) + plain.log_det)
 
 

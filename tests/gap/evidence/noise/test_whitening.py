@@ -27,7 +27,7 @@ def test_channels_by_themselves_make_up_the_whole(monkeypatch: pytest.MonkeyPatc
         left = np.where(np.isfinite(e.measured), draw.normal(size=e.measured.shape), 0.0)
         sizes, times = draw.integers(-8, 12, size=(5, 2)), rung(np.array([0.03, 0.006])) + draw.integers(-2, 3, size=2)
         of_channels = parts(made, left, sizes, times)
-        grams, log_det = fresh.grams(left[None], at_rung(sizes), at_rung(times))
+        grams, log_det = fresh.grams([left[None]], at_rung(sizes), at_rung(times))
         np.testing.assert_allclose(sum(p.whole for p in of_channels), grams, rtol=1e-10, atol=1e-10)
         np.testing.assert_allclose(np.stack([p.log_det for p in of_channels], axis=1), log_det, atol=1e-10)
 
