@@ -10,27 +10,42 @@ import pytest
 
 FAULTS = """
 import resource
+import threading
 import numpy as np
 from gap.freed_memory import keep_freed_memory
 if {keep}:
     keep_freed_memory()
-for _ in range(200):
-    np.ones(1 << 17)  # 1 MiB
+def come_and_go():
+    kept = [np.ones(1 << 17) for _ in range(100)]  # 1 MiB each
+    for _ in range(100):
+        np.ones(1 << 17)
+def elsewhere():
+    thread = threading.Thread(target=come_and_go)
+    thread.start()
+    thread.join()
+{first}()
 before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-for _ in range(200):
-    np.ones(1 << 17)
+{then}()
 print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 """
+ALLOCATED = 200 << 20  # of bytes, by either
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="glibc's allocator")
 
 
-def faults(keep: bool) -> int:
+def faults(keep: bool, first: str, then: str) -> float:
+    """Page faults of the second, as a share of the pages that it asks for."""
     environment = {**os.environ, "MALLOC_TRIM_THRESHOLD_": "65536"}
-    found = subprocess.run([sys.executable, "-c", FAULTS.format(keep=keep)], env=environment, capture_output=True, text=True, check=True)
-    return int(found.stdout)
+    script = FAULTS.format(keep=keep, first=first, then=then)
+    found = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
+    return int(found.stdout) / (ALLOCATED / os.sysconf("SC_PAGE_SIZE"))
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="glibc's allocator")
 def test_arrays_take_the_memory_that_others_have_freed() -> None:
-    pages = 200 * (1 << 20) // os.sysconf("SC_PAGE_SIZE")
-    assert faults(keep=False) > 0.5 * pages
-    assert faults(keep=True) < 0.01 * pages
+    assert faults(False, "come_and_go", "come_and_go") > 0.5
+    assert faults(True, "come_and_go", "come_and_go") < 0.01
+
+
+def test_arrays_of_one_thread_take_what_another_has_freed() -> None:
+    assert faults(False, "come_and_go", "elsewhere") > 0.5
+    assert faults(True, "come_and_go", "elsewhere") < 0.01
