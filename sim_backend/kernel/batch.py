@@ -193,5 +193,5 @@ def _restart(
 ) -> None:
     for i in range(starts.size):
         copy(kept[i], x)
-        move(x, p, state, change)
+        move(x, p, state, change, period_s)
         _rows(x, p, w, scratch, commands, starts[i], starts[i] + rows, every, period_s, targets, out[i])

@@ -16,6 +16,7 @@ from sim_backend.memory.layout import (
     SLOTS,
     C,
     D,
+    H,
     S,
     Target,
     TrueSignal,
@@ -38,7 +39,20 @@ def _move_readings(x: Vector, p: Vector, signal: int, change: float) -> None:
 
 
 @released
-def move(x: Vector, p: Vector, state: int, change: float) -> None:
+def _turn_readings(x: Vector, p: Vector, signal: int, change: float, period_s: float) -> None:
+    """Turn the delay lines of the sensors of one signal about now, with the rate of the state they measure: what a late sensor still has to
+    show is where the state was with that rate."""
+    for number in range(int(p[C.SENSORS])):
+        q = S_START + number * S_STRIDE
+        if int(p[q + S.SIGNAL]) == signal and p[q + S.DELAY] > 0.0:
+            at = SENSOR_START + number * SENSOR_STRIDE
+            newest = int(x[H.SAMPLE]) + RING
+            for age in range(1, min(int(p[q + S.DELAY] / period_s) + 3, RING)):
+                x[at + 3 + (newest - age) % RING] -= change * age * period_s
+
+
+@released
+def move(x: Vector, p: Vector, state: int, change: float, period_s: float) -> None:
     """Move one differential state, and what goes with it."""
     x[state] += change
     for slot in range(SLOTS):
@@ -48,8 +62,12 @@ def move(x: Vector, p: Vector, state: int, change: float) -> None:
             _move_readings(x, p, TrueSignal.SECOND_POSITION + slot, change)
         if state == slot * D_STRIDE + D.VELOCITY:
             x[slot * D_STRIDE + D.ACTUATOR_VELOCITY] += change
+            _turn_readings(x, p, TrueSignal.POSITION + slot, change, period_s)
+            _turn_readings(x, p, TrueSignal.SECOND_POSITION + slot, change, period_s)
     if state == X.SHAPE_1:
         _move_readings(x, p, TrueSignal.TIP_DEFLECTION, change)
+    if state == X.SHAPE_1_RATE:
+        _turn_readings(x, p, TrueSignal.TIP_DEFLECTION, change, period_s)
 
 
 @released
@@ -78,11 +96,11 @@ def correct(x: Vector, p: Vector, targets: Array, row: int, period_s: float) -> 
             position, velocity = _true_motion(p, TrueSignal.POSITION + slot, targets, row, columns, period_s)
             if np.isnan(position):
                 continue
-            move(x, p, slot * D_STRIDE + D.POSITION, position - x[slot * D_STRIDE + D.POSITION])
-            move(x, p, slot * D_STRIDE + D.VELOCITY, velocity - x[slot * D_STRIDE + D.VELOCITY])
+            move(x, p, slot * D_STRIDE + D.POSITION, position - x[slot * D_STRIDE + D.POSITION], period_s)
+            move(x, p, slot * D_STRIDE + D.VELOCITY, velocity - x[slot * D_STRIDE + D.VELOCITY], period_s)
     if p[C.BENDING_STIFFNESS] > 0.0 and not np.isnan(targets[row, Target.TIP_DEFLECTION]):
         columns = Target.TIP_DEFLECTION + 0, Target.TIP_DEFLECTION_RATE + 0
         value, rate = _true_motion(p, TrueSignal.TIP_DEFLECTION, targets, row, columns, period_s)
         if not np.isnan(value):
-            move(x, p, X.SHAPE_1, value - x[X.SHAPE_1])
-            x[X.SHAPE_1_RATE] = rate
+            move(x, p, X.SHAPE_1, value - x[X.SHAPE_1], period_s)
+            move(x, p, X.SHAPE_1_RATE, rate - x[X.SHAPE_1_RATE], period_s)

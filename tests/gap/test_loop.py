@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -133,17 +134,32 @@ def test_the_first_two_maneuvers_fit_the_rig(name: str, expected: tuple[str, str
 @pytest.mark.long
 @pytest.mark.timeout(1200)
 def test_what_slow_triangles_leave_open_is_run_on_the_daemon_and_searched_again(tmp_path: Path) -> None:
-    """Through the daemon on the virtual clock. The command is late; with the position alone measured a late encoder is exactly the same:
-    the maneuver that is run takes the valve's lag out of the set, then only another sensor is asked for."""
-    row = run_case(FORCE_AXIS, FORCE_AXIS.cases[0], 100, tmp_path)
-    assert row["hidden"] == "transport_delay at axis"
+    """Through the daemon on the virtual clock. A valve that lags looks like a late command on them: the maneuver that is run tells."""
+    row = run_case(FORCE_AXIS, FORCE_AXIS.cases[2], 120, tmp_path)
+    assert row["hidden"] == "valve_lag at axis"
     assert row["unresolved_at_first"]
     assert row["in_first"]
     assert row["asked"]
+    assert row["outcome"] == "confirmed"
+    assert row["resolved"]
+    assert len(list((tmp_path / "logs").rglob("*.mcap"))) >= 2 + 2 * len(row["asked"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [0, 1])
+def test_only_another_sensor_tells_a_late_command_from_a_late_encoder(tmp_path: Path, case: int) -> None:
+    """4 and 8 ms late. With the position alone measured either is the same and about as probable, and no maneuver helps."""
+    row = run_case(FORCE_AXIS, FORCE_AXIS.cases[case], 100 + 10 * case, tmp_path)
+    assert row["hidden"] == "transport_delay at axis"
+    assert row["asked"] == []
     assert row["outcome"] == "needs_sensor"
     assert {frozenset(names) for names in row["sets"]} == {frozenset({"transport_delay at axis", "sensor_delay at sensor:axis.position"})}
     assert "a second position sensor of axis" in row["why"]
-    assert len(list((tmp_path / "logs").rglob("*.mcap"))) >= 2 + 2 * len(row["asked"])
+    content = json.loads((tmp_path / "round-1" / "findings.json").read_text())
+    (found,) = content["findings"]
+    (alike,) = found["look_alikes"]
+    assert found["probability"] + alike["share"] == pytest.approx(1.0, abs=0.05)
+    assert min(found["probability"], alike["share"]) > 0.2
 
 
 @pytest.mark.parametrize("name", BENCHES)
