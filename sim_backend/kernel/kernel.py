@@ -36,7 +36,7 @@ from sim_backend.physics.link import damping_factor, fastest_rate, frequency_equ
 from sim_backend.physics.sensors import follow_sensors, raw_counts, true_signals
 from sim_backend.physics.table import COMMAND
 from sim_backend.physics.thermal import reference_viscosity, temperature_terms, thermal_step, thinning
-from sim_backend.physics.valve import spool_command, spool_rates
+from sim_backend.physics.valve import spool_command, spool_rates, stop_spool
 
 _HALF_UP = 1e-9  # a period of exactly n steps must not be cut into n + 1 by rounding
 _SURELY = 0.99  # for the rounding of roots that are not taken
@@ -147,6 +147,8 @@ def runge_kutta_step(x: Vector, p: Vector, w: Vector, y: Vector, d: Vector, tota
         else:
             for i in range(DIFFERENTIAL):
                 x[i] += step_s / 6.0 * (total[i] + d[i])
+            for s in range(0, SLOTS * D_STRIDE, D_STRIDE):
+                stop_spool(x, s + D.SPOOL, s + D.SPOOL_RATE)
 
 
 @compiled

@@ -5,7 +5,7 @@ Four-land spool: H. E. Merritt, Hydraulic Control Systems, 1967, chapter 5.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import copysign, sqrt
 
 from config.schema.effect import Hook
 from sim_backend.memory.compiled import compiled
@@ -28,16 +28,20 @@ def spool_command(command_V: float, play: float, p: Vector, j: int, temperature_
 
 @compiled
 def spool_rates(spool: float, rate: float, wanted: float, frequency: float, p: Vector, j: int) -> tuple[float, float]:
-    """Derivatives of spool opening and spool rate: second order, with the slew limit and the ends of the spool's stroke."""
+    """Derivatives of spool opening and spool rate: second order, with the slew limit. The ends of the stroke: stop_spool."""
     slew = p[j + J.SLEW_RATE]
     acceleration = frequency * (frequency * (wanted - spool) - 2.0 * p[j + J.VALVE_DAMPING] * rate)
     speed = min(max(rate, -slew), slew)
     if (rate >= slew and acceleration > 0.0) or (rate <= -slew and acceleration < 0.0):
         acceleration = 0.0
-    if (spool >= 1.0 and speed > 0.0) or (spool <= -1.0 and speed < 0.0):
-        speed = 0.0
-        acceleration = -rate * frequency  # the spool rests against the end of its bore
     return speed, acceleration
+
+
+@compiled
+def stop_spool(x: Vector, spool: int, rate: int) -> None:
+    """A spool that has passed the end of its bore in a step stands there, at rest. `spool`, `rate`: their numbers in the state."""
+    if abs(x[spool]) > 1.0:
+        x[spool], x[rate] = copysign(1.0, x[spool]), 0.0
 
 
 @compiled

@@ -61,7 +61,6 @@ static double joint_rates(const Rig *r, const Held *k, int j, const double *y, d
     double spool = y[SPOOL], rate = y[RATE], w = q->valve_rate;
     double acceleration = w * (w * (k->wanted[j] - spool) - 2.0 * q->valve_damping * rate), speed = clip(rate, -q->slew, q->slew);
     if ((rate >= q->slew && acceleration > 0) || (rate <= -q->slew && acceleration < 0)) acceleration = 0;
-    if ((spool >= 1 && speed > 0) || (spool <= -1 && speed < 0)) { speed = 0; acceleration = -rate * w; }
     d[SPOOL] = speed;
     d[RATE] = acceleration;
     double a = fmax(y[PA], r->vapour), b = fmax(y[PB], r->vapour), travel = y[POS] - q->volume_at, v = y[VEL];
@@ -181,6 +180,7 @@ static void step(const Rig *r, Held *k, double *y) {
     for (int i = 0; i < STATES; i++) { sum[i] += 2 * d[i]; at[i] = y[i] + h * d[i]; }
     rates(r, k, at, d);
     for (int i = 0; i < STATES; i++) y[i] += h / 6 * (sum[i] + d[i]);
+    for (int j = 0; j < 2; j++) if (fabs(y[j * JOINT + SPOOL]) > 1) { y[j * JOINT + SPOOL] = copysign(1, y[j * JOINT + SPOOL]); y[j * JOINT + RATE] = 0; }
 }
 
 static double approach(double wall, double oil, double ua, double q) { return q < 1e-9 ? wall : wall + (oil - wall) * exp(-ua / q); }
