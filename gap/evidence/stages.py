@@ -42,8 +42,9 @@ def refitted(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
         done = finished(seen, (), by_magnitude(seen, before.at))
         if done.log_z < before.log_z + _WORTH:
             break
-    progress(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - at.log_z:+.1f} beside the rig file's own)")
-    return replace(search, seen=seen, nominal=reweighed(seen, at), fitted=(done,))
+    nominal = reweighed(seen, at)  # beside what is integrated out now, as `done` is
+    progress(f"constants alone: log evidence {done.log_z:.1f} ({done.log_z - nominal.log_z:+.1f} beside the rig file's own)")
+    return replace(search, seen=seen, nominal=nominal, fitted=(done,))
 
 
 def grown(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
