@@ -27,8 +27,10 @@ def leakage(week: int) -> float:
 
 
 def worn(text: str, week: int) -> str:
-    changes = [("conductance: 4.45e-12", f"conductance: {leakage(week):.6g}")]
-    changes.append(("initial_temperature: 40 degC", f"initial_temperature: {OIL_degC[week]} degC"))
+    changes = [
+        ("conductance: 4.45e-12", f"conductance: {leakage(week):.6g}"),
+        ("initial_temperature: 40 degC", f"initial_temperature: {OIL_degC[week]} degC"),
+    ]
     if week >= STEP_AT:
         changes.append(("friction: 105 N*m", f"friction: {WORN_FRICTION_Nm:g} N*m"))
     for stated, now in changes:
