@@ -30,7 +30,7 @@ from gap.outcome.search_state import SearchState
 def on_all_logs(state: SearchState, seen: Seen, hypothesis: Hypothesis) -> Fitted:
     """A set that was fitted to all logs (`seen`: those of the fit, then the hold-out), at the common scale that priors and logs want, with
     constants as stated that the logs do not speak for."""
-    done = at_own_scale(as_fit(hypothesis, [*state.experiments, *state.holdouts], state.costs), state.costs)
+    done = at_own_scale(as_fit(hypothesis, [*state.experiments, *state.judging], state.costs), state.costs)
     model = as_stated(done.model, covariance(done, state.costs))
     return Fitted(model, np.maximum(confidence(done, state.costs), half_width(seen, hypothesis)))
 

@@ -69,7 +69,7 @@ def decide(
         search = stage(search, progress)
         give_back_freed_memory()
     progress("asking the hold-out")
-    outcome = said(search, [uncut(e, loaded.rig, names) for e in state.holdouts], names)
+    outcome = said(search, [uncut(e, loaded.rig, names) for e in state.judging], names)
     state = _with_constants(state, search.null)
     whole = cache(lambda labels: _whole(state, search.fit_of(labels)))  # sets are asked for by several names
     named = tuple(_named(whole, search, outcome.chosen.labels, name) for name in outcome.names)
@@ -89,7 +89,7 @@ def _places(state: SearchState, outcome: Said, names: Sequence[str], loaded: Loa
     over = beyond(outcome.all_logs, chosen)
     if not over.any():
         return ()
-    done = as_fit(chosen, [*state.experiments, *state.holdouts], state.costs)
+    done = as_fit(chosen, [*state.experiments, *state.judging], state.costs)
     left = [replace(e, experiment=own) for e, own in zip(done.evaluations, outcome.all_logs.experiments, strict=True)]
     return tuple(where_unexplained(left, chosen.at.discrepancy, over, names, loaded.rig))
 
@@ -116,7 +116,8 @@ OfSet = Callable[[frozenset[str]], Whole]  # of a fitted set, by its labels
 def _with_constants(state: SearchState, null: Hypothesis) -> SearchState:
     """The state with windows that remember the fitted constants, and costs that count the correlation time of what these leave."""
     vector = as_constants(null).vector()
-    state = replace(state, experiments=[remembering(e, vector) for e in state.experiments])
+    few, judging = ([remembering(e, vector) for e in logs] for logs in (state.experiments, state.judging))
+    state = replace(state, experiments=few, judging=judging)
     return replace(state, costs=recounted(state.costs, as_fit(null, state.experiments, state.costs).evaluations))
 
 

@@ -1,6 +1,7 @@
 """Which windows of long logs take part in fits: as many of rest, slow and fast motion and reversal as there are, evenly over time.
 
-A fit needs every regime, not every second. The hold-out is always judged on all its windows.
+A fit needs every regime, not every second; nor does the judge, which fits sets to the hold-out as well, and counts its windows as those of
+the fit logs. Costs in noise floors are over all windows of the hold-out.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from gap.data.measured import Array
 from sim_backend.memory.layout import SLOTS
 
-MOST_WINDOWS = 80  # of all fit logs together; of 70 to 90, more changed nothing
+MOST_WINDOWS = 80  # of all fit logs together, and of all of the hold-out; of 70 to 90, more changed nothing
 BLOCK = 3  # neighbouring windows chosen together: what one of them remembers is the end of the one before
 _AT_REST = 0.02  # of the largest speed of a joint in the log
 

@@ -18,10 +18,12 @@ from gap.outcome.names import Named
 @dataclass(frozen=True, slots=True)
 class SearchState:
     """`nominal`: the rig file's own constants; `current`: the model that is said, `seen`: the hold-out with it; `alone`: the best constants
-    and no effect added, `alone_seen`: the hold-out with these."""
+    and no effect added, `alone_seen`: the hold-out with these. `judging`: those of the hold-out's windows that names are judged by; costs are
+    over all of them."""
 
     experiments: Sequence[Experiment]
     holdouts: Sequence[Experiment]
+    judging: Sequence[Experiment]
     costs: Costing
     channels: frozenset[str]
     nominal: Model
@@ -47,9 +49,9 @@ def opening_state(
 ) -> SearchState:
     """The rig file as it is, on the fit logs' chosen windows and on the hold-out; nothing is fitted yet."""
     progress("comparing the rig file with the logs")
-    few = chosen_windows(experiments, model.vector())
+    few, judging = (chosen_windows(logs, model.vector()) for logs in (experiments, held))
     costs, counted = first_costs([*few, *held], model)
     now, nominal = tuple(counted[: len(few)]), tuple(counted[len(few) :])
     progress(f"hold-out: {mean_cost(nominal):.4g} noise floors")
     start = Fit(model, now, (), (), objective(model, now, costs))
-    return SearchState(few, held, costs, channels, model, start, nominal, start, nominal)
+    return SearchState(few, held, judging, costs, channels, model, start, nominal, start, nominal)
