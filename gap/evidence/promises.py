@@ -7,7 +7,6 @@ there do. So while the base leaves more than honest models leave, each set waits
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import zip_longest
 
@@ -21,6 +20,7 @@ from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Suspect, doubtful, hypothesis_at
 from gap.evidence.screening import Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
+from gap.evidence.side_by_side import side_by_side
 from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
 from gap.suspects.candidates import Candidate
 
@@ -30,16 +30,26 @@ _FOLLOWED = 8  # best promises of a screening that are followed along straight l
 def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
     suspects = _new_beside(search, base)
-    waiting = _promised(search, base, suspects, base.log_z)
     if not doubtful(search.seen, base):
-        return replace(search, waiting=(*search.waiting, *waiting))
-    own_constants = at_own_constants(search, base)
-    afresh = hypothesis_of(search.seen, base.suspects, descended(search.seen, own_constants.at))
-    waiting += _promised(search, own_constants, suspects, afresh.log_z)
+        return _promising(search, base, suspects, base.log_z)
+    starts = (_as_fitted, _with_own_constants)
+    (_, here), (afresh, there) = side_by_side(search.seen, lambda start: start(search, base, suspects), starts)
+    waiting = [*here, *there]
     search = replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, afresh))
     for sign in (s for s in search.suspects_beside(base) if not isinstance(s, Changed) and not s.free):
         search = _with_sign(search, base, sign, max((w.gain for w in waiting if w.promise.suspect.label == sign.label), default=-np.inf))
     return search
+
+
+def _as_fitted(search: EvidenceSearch, base: Hypothesis, suspects: Sequence[Suspect]) -> tuple[Hypothesis, list[Open]]:
+    return base, _promised(search, base, suspects, base.log_z)
+
+
+def _with_own_constants(search: EvidenceSearch, base: Hypothesis, suspects: Sequence[Suspect]) -> tuple[Hypothesis, list[Open]]:
+    """The base fitted from the rig file's own constants, and what is promised there."""
+    start = at_own_constants(search, base)
+    afresh = hypothesis_of(search.seen, base.suspects, descended(search.seen, start.at))
+    return afresh, _promised(search, start, suspects, afresh.log_z)
 
 
 def _with_sign(search: EvidenceSearch, base: Hypothesis, sign: Candidate, gain: float) -> EvidenceSearch:
@@ -97,8 +107,7 @@ def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Susp
     for promise in sorted(promises, key=lambda p: p.log_z):
         best[promise.suspect.label] = promise
     ranked = sorted(best.values(), key=lambda p: -p.log_z)
-    with ThreadPoolExecutor(search.seen.logs[0].experiment.workers) as pool:
-        lines = list(pool.map(lambda p: _along_lines(search, start, p), ranked[:_FOLLOWED]))
+    lines = side_by_side(search.seen, lambda p: _along_lines(search, start, p), ranked[:_FOLLOWED])
     return [Open(start, p, line, alone, level) for p, line in zip_longest(ranked, lines)]
 
 

@@ -13,12 +13,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from gap.evidence.ahead import fitted
 from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.promises import at_own_constants, beside_start, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, about_fit, beyond, doubtful, reweighed
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
-from gap.evidence.set_fits import evidence_of, less, part_of, refined, taken_on, to_floor
+from gap.evidence.set_fits import evidence_of, less, part_of, taken_on, to_floor
+from gap.evidence.side_by_side import side_by_side
 
 Progress = Callable[[str], None]
 Stage = Callable[[EvidenceSearch, Progress], EvidenceSearch]
@@ -157,8 +159,10 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     if not np.any(beyond(search.seen, before)):
         return to_floor(search, best)
     seen, rivals = about_fit(search.seen, best), {r.labels for r in _rivals(search, best, search.fit_of(before.labels))}
-    fitted = tuple(_followed(seen, h) if h.labels in rivals else reweighed(seen, h) for h in search.fitted)
-    anew = replace(search, seen=seen, nominal=reweighed(seen, search.nominal), fitted=fitted)
+    nominal, *others = side_by_side(
+        seen, lambda h: _followed(seen, h) if h.labels in rivals else reweighed(seen, h), (search.nominal, *search.fitted)
+    )
+    anew = replace(search, seen=seen, nominal=nominal, fitted=tuple(others))
     there = anew.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(anew, there).at))
     anew = to_floor(anew, max(there, afresh, key=evidence_of))
@@ -170,17 +174,18 @@ STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)
 
 def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, always: int) -> EvidenceSearch:
     """The waiting sets fitted, best promise first, until none that is left could hold a share of the posterior; `always` of those at least
-    that seem to hold none."""
-    asked: set[frozenset[str]] = set()
-    in_vain = 0
+    that seem to hold none, once one set is better than the base."""
+    hopeless: set[frozenset[str]] = set()
+    in_vain, ahead = 0, None
     while search.waiting and in_vain < _PATIENCE:
-        first, before = max(search.waiting, key=search.log_hope), search.best.labels
-        if search.log_hope(first) < search.log_mass(search.best) + NEGLIGIBLE:
-            asked |= {first.labels}
-            if len(asked) > always or (not base.suspects and before == base.labels):
+        first, before = _most_hoped_for(search.waiting, search), search.best.labels
+        if not _hopeful(search, first):
+            hopeless |= {first.labels}
+            if len(hopeless) > always or (not base.suspects and before == base.labels):
                 break
         rest = tuple(w for w in search.waiting if w is not first)
-        done = refined(search, first)
+        after = _most_hoped_for(rest, search) if rest and (in_vain or first.labels in hopeless) else None
+        done, ahead = fitted(search, first, after, ahead)
         beside = search.fit_of(first.base.labels)
         progress(f"  {_words(done)}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
@@ -192,3 +197,12 @@ def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, alway
         top = search.log_mass(search.best)
         search = replace(search, waiting=tuple(w for w in search.waiting if search.log_hope(w) <= top))
     return search
+
+
+def _most_hoped_for(waiting: Sequence[Open], search: EvidenceSearch) -> Open:
+    return max(waiting, key=search.log_hope)
+
+
+def _hopeful(search: EvidenceSearch, waiting: Open) -> bool:
+    """Whether it could hold a share of the posterior."""
+    return search.log_hope(waiting) >= search.log_mass(search.best) + NEGLIGIBLE

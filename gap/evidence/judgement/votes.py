@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 from gap.evidence.refinement import descended, hypothesis_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen
+from gap.evidence.side_by_side import side_by_side
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ class Ballot:
         if with_it not in self._on_all:
             return None
         less = without if without in self._on_all else frozenset()
-        (holdout, fit_logs), (holdout_without, fit_logs_without) = (self._of_others(labels) for labels in (with_it, less))
+        (holdout, fit_logs), (holdout_without, fit_logs_without) = side_by_side(self._seen, self._of_others, (with_it, less))
         return Votes(holdout - holdout_without, fit_logs - fit_logs_without)
 
     def _of_others(self, labels: frozenset[str]) -> tuple[float, float]:

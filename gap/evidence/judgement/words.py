@@ -17,6 +17,7 @@ from gap.evidence.judgement.preference import Preference, preferences
 from gap.evidence.judgement.votes import Ballot, Votes
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
+from gap.evidence.side_by_side import side_by_side
 
 _ONLY_HELD_OUT = "The fit logs leave no more than that: fit the hold-out too, and hold out another log."
 
@@ -90,24 +91,25 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
 def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypothesis]:
     """Sets fitted to all logs, small ones first; those that may be right to their end, with intervals that stand on it."""
     by_set: dict[frozenset[str], Hypothesis] = {}
-    for hypothesis in sorted(asked(search), key=lambda h: len(h.labels)):
-        done = on_all_logs(search.seen, hypothesis, judges)
-        parts = [h for labels, h in by_set.items() if labels < hypothesis.labels]
+    every = sorted(asked(search), key=lambda h: len(h.labels))
+    for done in side_by_side(search.seen, lambda h: on_all_logs(search.seen, h, judges), every):
+        parts = [h for labels, h in by_set.items() if labels < done.labels]
         best = max(parts, key=lambda h: h.log_z, default=done)
         by_set[done.labels] = led_by(search.seen, done, best, judges) if done.log_z < best.log_z + NEGLIGIBLE else done
     top = max(by_set.values(), key=search.log_mass)
     for part in [h for h in by_set.values() if h.labels < top.labels and len(h.labels) == len(top.labels) - 1]:
         by_set[part.labels] = led_by(search.seen, part, top, judges)
     found = shares(search, by_set)
-    likely = [labels for labels in by_set if found.of_set[labels] >= 1.0 - CONFIRMED]
-    return by_set | {labels: ended_on_all_logs(search.seen, by_set[labels], judges) for labels in likely}
+    likely = [h for labels, h in by_set.items() if found.of_set[labels] >= 1.0 - CONFIRMED]
+    ended = side_by_side(search.seen, lambda h: ended_on_all_logs(search.seen, h, judges), likely)
+    return by_set | {h.labels: h for h in ended}
 
 
 def _nested(search: EvidenceSearch, everywhere: Seen, by_set: Mapping[frozenset[str], Hypothesis]) -> list[Hypothesis]:
     """Sets as those that may be right say that these are."""
     least = max(search.log_mass(h) for h in by_set.values()) + NEGLIGIBLE
     likely = [h for h in by_set.values() if search.log_mass(h) > least]
-    return [part for whole in likely for part in nested(everywhere, whole, search.nominal.model)]
+    return [part for parts in side_by_side(everywhere, lambda h: nested(everywhere, h, search.nominal.model), likely) for part in parts]
 
 
 def asked(search: EvidenceSearch) -> list[Hypothesis]:

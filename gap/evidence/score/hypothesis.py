@@ -45,6 +45,11 @@ class Seen:
     def experiments(self) -> tuple[Experiment, ...]:
         return tuple(log.experiment for log in self.logs)
 
+    @property
+    def threads(self) -> int:
+        """Of the search."""
+        return max(self.logs[0].experiment.workers, 1)
+
     def readings(self, model: Model) -> tuple[Array, ...]:
         """Of every log with a model, windows × samples × channels."""
         vector = model.vector()

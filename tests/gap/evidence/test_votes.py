@@ -32,7 +32,7 @@ def ballot(monkeypatch: pytest.MonkeyPatch, y: np.ndarray) -> Ballot:
     whole, first, second = slice(None), slice(0, SAMPLES), slice(SAMPLES, None)
     monkeypatch.setattr(votes, "on_hold_out", lambda seen, judged, held: of(judged.labels, second))
     fitted, on_all = ({labels: of(labels, rows) for labels in of_set} for rows in (first, whole))
-    return Ballot(None, None, fitted, on_all)  # type: ignore[arg-type]
+    return Ballot(SimpleNamespace(threads=2), None, fitted, on_all)  # type: ignore[arg-type]
 
 
 def predictive(y: np.ndarray, judge: slice, fitted: slice, numbers: int) -> float:
