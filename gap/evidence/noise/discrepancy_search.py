@@ -1,9 +1,9 @@
 """The search for δ, T, s and η where the log density of the residuals, with their priors, is largest: one channel after the other, up and
 down the ladder of their values (ornstein_uhlenbeck).
 
-Channels meet only in what they hang on together (unknowns): each adds its own inner products, so that a try of one channel costs one filter
-of its residuals, a try of η none. What a try is worth does not hang on the way to it, so the next ones are made side by side on the threads
-of the search; which of them counts is decided in their order, whatever the number of threads.
+What a try of one channel costs stands in `channel_sums`; one of η costs no filter. What a try is worth does not hang on the way to it, so
+the next ones are made side by side on the threads of the search; which of them counts is decided in their order, whatever the number of
+threads.
 """
 
 from __future__ import annotations
@@ -17,10 +17,12 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.evidence.deciding_numbers import MEMORY_S, SPREAD
+from gap.evidence.noise.channel_sums import ChannelSums, Parts
 from gap.evidence.noise.discrepancy import LEAST_SHARE, MOST_SHARE, log_prior_of_sizes, log_prior_of_times
-from gap.evidence.noise.noise_model import Discrepancy, Weighed, less_shared, less_states_with, likeliest_shares, window_densities
+from gap.evidence.noise.noise_model import Discrepancy, Weighed, less_shared
 from gap.evidence.noise.ornstein_uhlenbeck import OCTAVE, at_rung, rung
-from gap.evidence.noise.whitening import Numbers, Part, Whitening
+from gap.evidence.noise.rungs import Rung, Rungs, clipped
+from gap.evidence.noise.whitening import Numbers, Whitening
 
 _SMALLEST, _LARGEST = 0.02, 1e6  # of δ, in units of the noise: less changes nothing, more is a simulation that ran away
 _STEPS = (OCTAVE, 1)  # of δ, T and η, as rungs; doubled as long as that helps
@@ -48,35 +50,14 @@ def on_other_logs(logs: Sequence[Whitening], left: Sequence[Array], scales: Arra
 
 
 @dataclass(frozen=True, slots=True)
-class _Rungs:
-    """A discrepancy on the ladder: δ and T of every channel, s of the windows of every log, windows × channels; η as it is."""
-
-    sizes: Numbers
-    memories: Numbers
-    times: tuple[Numbers, ...]
-    share: float
-
-    def moved(self, c: int, size: int, memory: int) -> _Rungs:
-        """With another δ and T of one channel."""
-        sizes, memories = self.sizes.copy(), self.memories.copy()
-        sizes[c], memories[c] = size, memory
-        return replace(self, sizes=sizes, memories=memories)
-
-    @property
-    def values(self) -> Discrepancy:
-        return Discrepancy(at_rung(self.sizes), at_rung(self.memories), self.share, tuple(at_rung(t) for t in self.times))
-
-
-Rung = tuple[int, int]  # δ and T of one channel
-
-
-@dataclass(frozen=True, slots=True)
 class _Tried:
-    """One channel with another discrepancy: the density there, and what the channel adds to the inner products."""
+    """One channel with another discrepancy: the density there, what the channel adds to the inner products, and what windows' own states
+    leave of all of them."""
 
-    there: _Rungs
+    there: Rungs
     value: float
-    parts: list[Part]
+    parts: Parts
+    total: Weighed
 
 
 class _Search:
@@ -93,7 +74,6 @@ class _Search:
         self._logs, self._scales = logs, scales
         self._moves_share = moves_share and logs[0].forms > 0
         channels = range(len(start.sd))
-        self._left = [[np.ascontiguousarray(own[..., c].T) for own in left] for c in channels]
         self._sizes = _rungs(_SMALLEST, _LARGEST)
         longest_s = max(log.experiment.plan.rows * log.experiment.plan.period_s for log in logs)
         self._memories = _rungs(min(log.period_s for log in logs), longest_s)
@@ -101,9 +81,8 @@ class _Search:
         self.threads = max(logs[0].experiment.workers, 1)
         self.each = _threads(self.threads).map if self.threads > 1 else map
         self._at = self._on_ladder(start)
-        self._parts = [self._of_channel(c, self._at) for c in channels]
-        self._whole = [np.sum([part.whole for part in parts], axis=0) for parts in zip(*self._parts, strict=True)]
-        self.value = self._value(self._total(self._whole), self._at)
+        self.sums = ChannelSums(logs, left, self._at)
+        self.value = self._value(self.sums.total, self._at)
 
     @property
     def found(self) -> Discrepancy:
@@ -126,15 +105,15 @@ class _Search:
             self._weigh_windows(c, True)
         return self
 
-    def _on_ladder(self, start: Discrepancy) -> _Rungs:
+    def _on_ladder(self, start: Discrepancy) -> Rungs:
         sizes = np.clip(rung(np.maximum(start.sd, _SMALLEST)), *self._sizes)
         times = tuple(rung(t) for t in start.times) or tuple(np.zeros((len(log.there), len(sizes)), np.int64) for log in self._logs)
-        return _Rungs(sizes, np.clip(rung(start.time_s), *self._memories), times, start.share)
+        return Rungs(sizes, np.clip(rung(start.time_s), *self._memories), times, start.share)
 
     def _leap(self, c: int) -> None:
         """To a typical T and some size: where δ is nearly nothing, or T as long as a window, small steps change nothing."""
         tries = _Tries(self, c)
-        places = [self._clipped(int(rung(sd)), int(rung(MEMORY_S))) for sd in _LEAPS]
+        places = [self._clipped((int(rung(sd)), int(rung(MEMORY_S)))) for sd in _LEAPS]
         for n in range(len(places)):
             self._try(tries, places[n:])
 
@@ -165,24 +144,24 @@ class _Search:
             gained, size, memory = True, 2 * size, 2 * memory
 
     def _beside(self, c: int, size: int, memory: int) -> Rung:
-        return self._clipped(int(self._at.sizes[c]) + size, int(self._at.memories[c]) + memory)
+        return self._clipped(self._at.beside(c, size, memory))
 
-    def _clipped(self, size: int, memory: int) -> Rung:
-        return int(np.clip(size, *self._sizes)), int(np.clip(memory, *self._memories))
+    def _clipped(self, place: Rung) -> Rung:
+        return clipped(place, self._sizes, self._memories)
 
     def _improve_share(self, step: int) -> bool:
         """The same of η."""
         if not self._moves_share:
             return False
-        total, before = self._total(self._whole), self.value
+        before = self.value
         for side in (step, -step):
-            while self._try_share(total, side):
+            while self._try_share(side):
                 side *= 2
         return self.value > before
 
-    def _try_share(self, total: Weighed, rungs: int) -> bool:
+    def _try_share(self, rungs: int) -> bool:
         there = replace(self._at, share=float(np.clip(self._at.share * at_rung(rungs), LEAST_SHARE, MOST_SHARE)))
-        value = self._value(total, there)
+        value = self._value(self.sums.total, there)
         if not value > self.value + _GAIN:
             return False
         self._at, self.value = there, value
@@ -190,19 +169,18 @@ class _Search:
 
     def _weigh_windows(self, c: int, near: bool) -> None:
         """Every window's own times of this channel's δ, beside the other channels and the likeliest shares of other friction."""
-        now, others = self._at.times, self.others(c)
+        now, others = self._at.times, self.sums.others(c)
         options = [tuple(np.clip(t + s, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
-        tries = list(self.each(lambda times: self._of_channel(c, replace(self._at, times=times)), options))
-        rest = np.append(-likeliest_shares(self._whole, [log.states for log in self._logs], self._logs[0].forms, self._at.share), 1.0)
+        tries = list(self.each(lambda times: self.sums.of_channel(c, replace(self._at, times=times)), options))
+        densities = self.sums.densities(c, others, self._at.share)
         found = [t.copy() for t in now]
-        for n, log in enumerate(self._logs):
+        for n in range(len(self._logs)):
             offered = np.stack([times[n][:, c] for times in options])
-            values = np.stack([window_densities(others[n] + one[n].whole, log.states, rest) - 0.5 * one[n].log_det for one in tries])
-            values -= 0.5 * (np.log(at_rung(offered)) / SPREAD) ** 2
+            values = np.stack([densities(n, one[n]) for one in tries]) - 0.5 * (np.log(at_rung(offered)) / SPREAD) ** 2
             found[n][:, c] = np.take_along_axis(offered, np.argmax(values, axis=0)[None], axis=0)[0]
         self._accept(c, others, self.tried(c, others, self._about_one(c, found)))
 
-    def _about_one(self, c: int, times: Sequence[Numbers]) -> _Rungs:
+    def _about_one(self, c: int, times: Sequence[Numbers]) -> Rungs:
         """The same sizes with δ at the geometric mean of the windows that measure the channel, where the prior of s wants it."""
         measured = [log.there[..., c].any(axis=1) for log in self._logs]
         mean = np.mean(np.concatenate([t[own, c] for t, own in zip(times, measured, strict=True)]))
@@ -217,38 +195,24 @@ class _Search:
             return False
         return self._accept(tries.c, tries.others, tries.of(places))
 
-    def tried(self, c: int, others: Sequence[Array], there: _Rungs) -> _Tried:
+    def tried(self, c: int, others: Sequence[Array], there: Rungs) -> _Tried:
         """A discrepancy that differs in one channel; changes nothing here."""
-        parts = self._of_channel(c, there)
-        return _Tried(there, self._value(self._total(others, c, parts), there), parts)
+        parts = self.sums.of_channel(c, there)
+        total = self.sums.with_channel(c, others, parts)
+        return _Tried(there, self._value(total, there), parts, total)
 
-    def at(self, c: int, place: Rung) -> _Rungs:
+    def at(self, c: int, place: Rung) -> Rungs:
         return self._at.moved(c, *place)
 
     def _accept(self, c: int, others: Sequence[Array], tried: _Tried) -> bool:
         """Whether it gives a larger density; then it is the one found."""
         if not tried.value > self.value + _GAIN:
             return False
-        self._at, self.value, self._parts[c] = tried.there, tried.value, tried.parts
-        self._whole = [other + part.whole for other, part in zip(others, tried.parts, strict=True)]
+        self._at, self.value = tried.there, tried.value
+        self.sums.take(c, others, tried.parts, tried.total)
         return True
 
-    def others(self, c: int) -> list[Array]:
-        """What all channels but one add."""
-        return [whole - part.whole for whole, part in zip(self._whole, self._parts[c], strict=True)]
-
-    def _of_channel(self, c: int, there: _Rungs) -> list[Part]:
-        sizes = [there.sizes[c] + times[:, c] for times in there.times]
-        return [log.part(c, own, size, int(there.memories[c])) for log, own, size in zip(self._logs, self._left[c], sizes, strict=True)]
-
-    def _total(self, whole: Sequence[Array], c: int = -1, parts: Sequence[Part] = ()) -> Weighed:
-        """What windows' own states leave of all inner products together; `parts`: of channel c, to be added to `whole`."""
-        of_logs = [less_states_with(all_of, parts[n] if parts else None, self._logs[n].states) for n, all_of in enumerate(whole)]
-        every = (parts if k == c else own for k, own in enumerate(self._parts))
-        log_dets = sum(float(part.log_det.sum()) for own in every for part in own)
-        return Weighed(sum((w.inner for w in of_logs), np.zeros(())), log_dets + sum(w.log_det for w in of_logs))
-
-    def _value(self, total: Weighed, there: _Rungs) -> float:
+    def _value(self, total: Weighed, there: Rungs) -> float:
         found, values = less_shared(total, self._logs[0].forms, there.share), there.values
         prior = log_prior_of_sizes(values, self._scales) + float(log_prior_of_times(values).sum())
         return -0.5 * (float(found.inner[0, 0]) + found.log_det) + prior
@@ -258,7 +222,7 @@ class _Tries:
     """Tries of one channel while the others stay as they are; each place is asked for once."""
 
     def __init__(self, search: _Search, c: int) -> None:
-        self._search, self.c, self.others = search, c, search.others(c)
+        self._search, self.c, self.others = search, c, search.sums.others(c)
         self._known: dict[Rung, _Tried] = {}
 
     def of(self, places: Sequence[Rung]) -> _Tried:

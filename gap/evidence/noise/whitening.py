@@ -44,6 +44,11 @@ class Part:
     log_det: Array
 
     @property
+    def squares(self) -> Array:
+        """xᵀ C⁻¹ x of every window."""
+        return self.cross[:, -1]
+
+    @property
     def whole(self) -> Array:
         """Inner products of [A B x], one matrix a window."""
         return joined(self.grams[self.numbers], self.cross[:, None, :-1], self.cross[:, -1:, None])
@@ -110,6 +115,11 @@ class Whitening:
         return [np.ascontiguousarray(np.moveaxis(rows[..., c], 0, -1)) for c in range(rows.shape[-1])]
 
     @cached_property
+    def reached(self) -> list[bool]:
+        """Whether [A B] changes a channel at all: a pump that holds its pressure leaves nothing of a valve's start in it."""
+        return [bool(rows.any()) for rows in self._by_channel]
+
+    @cached_property
     def _by_window(self) -> Array:
         """[A B] of every window, windows × values × numbers."""
         rows = np.concatenate([self.unknowns.states, self.unknowns.forms])
@@ -118,13 +128,20 @@ class Whitening:
 
     def part(self, c: int, left: Array, sizes: Numbers, time: int) -> Part:
         """Of one channel with the residuals `left` (samples × windows), δ of every window and T as rungs."""
-        sizes = np.clip(sizes, _LOWEST, _HIGHEST)
-        kept, numbers = self._of_unknowns(c, sizes, time)
-        decay = self._decay(time)
+        sizes, decay = np.clip(sizes, _LOWEST, _HIGHEST), self._decay(time)
         row, squares = solved(left, *gains(self._samples_there[c], at_rung(sizes) ** 2, decay), decay)
+        kept, numbers = self._of_unknowns(c, sizes, time)
         products = np.matmul(np.ascontiguousarray(row.T)[:, None], self._by_channel[c])[:, 0]
         cross = np.concatenate([products, squares[:, None]], axis=1)
         return Part(kept.grams, numbers, cross, kept.log_det[numbers])
+
+    def squares(self, c: int, left: Array, sizes: Numbers, time: int) -> Part:
+        """The same of a channel that is not reached: x alone."""
+        sizes, decay = np.clip(sizes, _LOWEST, _HIGHEST), self._decay(time)
+        gain, root = gains(self._samples_there[c], at_rung(sizes) ** 2, decay)
+        _, squares = solved(left, gain, root, decay)
+        nothing = np.empty((0, self.states + self.forms, self.states + self.forms))
+        return Part(nothing, np.empty(0, dtype=np.int64), squares[:, None], _log_det(self._samples_there[c], root))
 
     def grams(self, rows: Blocks, sd: Array, time_s: Array) -> tuple[Array, Array]:
         """Inner products of [A B x] in every window for rows x, and log|C|, windows × channels. `sd`: windows × channels, or one a
@@ -133,7 +150,7 @@ class Whitening:
         sizes = np.broadcast_to(np.clip(rung(sd), _LOWEST, _HIGHEST), (windows, channels))
         times = rung(time_s)
         of_unknowns = np.zeros((windows, self.states + self.forms, self.states + self.forms))
-        for c in range(channels):
+        for c in (c for c in range(channels) if self.reached[c]):
             kept, numbers = self._of_unknowns(c, sizes[:, c], int(times[c]))
             of_unknowns += kept.grams[numbers]
         made = filter_of(self.there, at_rung(sizes), at_rung(times), self.period_s)
@@ -167,7 +184,7 @@ class Whitening:
                 return replace(kept), numbers
         there, decay = np.ascontiguousarray(self._samples_there[c][:, new]), self._decay(time)
         gain, root = gains(there, at_rung(sizes[new]) ** 2, decay)
-        log_det = -2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=0)
+        log_det = _log_det(there, root)
         white = whitened(self._by_channel[c][new], gain, root, decay)
         grams = np.matmul(white.transpose(0, 2, 1), white)
         with _ONE_AT_A_TIME:
@@ -183,6 +200,11 @@ class Whitening:
         numbers = self.states + self.forms
         where, room = np.full((len(self.there), _HIGHEST - _LOWEST + 1), -1), len(self.there)
         return self._kept.setdefault((c, time), _Kept(where, np.empty((room, numbers, numbers)), np.empty(room)))
+
+
+def _log_det(there: NDArray[np.bool_], root: Array) -> Array:
+    """log|C| of every window of a channel, from samples × windows."""
+    return np.asarray(-2.0 * np.sum(np.log(np.where(there, root, 1.0)), axis=0))
 
 
 def joined(of_unknowns: Array, cross: Array, own: Array) -> Array:
