@@ -39,11 +39,11 @@ class Filter:
 
     def applied(self, rows: Array) -> tuple[Array, Array]:
         """C^(−1/2) and C⁻¹ of rows × windows × samples × channels, in units of the white noise, 0 where nothing was measured → windows ×
-        rows × values."""
+        values × rows."""
         windows, samples, channels = self.gain.shape
-        white, solved = (np.empty((windows, len(rows), samples, channels)) for _ in range(2))
-        _apply(rows, self.gain, self.root, self.decay, white, solved)
-        flat = (windows, len(rows), samples * channels)
+        white, solved = (np.empty((windows, samples, channels, len(rows))) for _ in range(2))
+        _apply(np.ascontiguousarray(np.moveaxis(rows, 0, -1)), self.gain, self.root, self.decay, white, solved)
+        flat = (windows, samples * channels, len(rows))
         return white.reshape(flat), solved.reshape(flat)
 
 
@@ -128,21 +128,25 @@ def solved(left: Array, gain: Array, root: Array, decay: float) -> tuple[Array, 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _apply(rows: Array, gain: Array, root: Array, decay: Array, white: Array, solved: Array) -> None:
-    """With e_i = x_i − m_i and m_(i+1) = φ (m_i + g_i e_i) forwards, the transposed recursion backwards."""
-    numbers, windows, samples, channels = rows.shape
-    mean = np.empty(channels)
+    """With e_i = x_i − m_i and m_(i+1) = φ (m_i + g_i e_i) forwards, the transposed recursion backwards. Rows x come last: what is done to
+    one is done to all side by side."""
+    windows, samples, channels, numbers = rows.shape
+    mean = np.empty((channels, numbers))
     for w in range(windows):
-        for k in range(numbers):
-            mean[:] = 0.0
-            for i in range(samples):
-                for c in range(channels):
-                    innovation = rows[k, w, i, c] - mean[c]
-                    white[w, k, i, c] = innovation * root[w, i, c]
-                    mean[c] = (mean[c] + gain[w, i, c] * innovation) * decay[c]
-            mean[:] = 0.0
-            for i in range(samples - 1, -1, -1):
-                for c in range(channels):
-                    onward = decay[c] * mean[c]
-                    own = white[w, k, i, c] * root[w, i, c] + gain[w, i, c] * onward
-                    solved[w, k, i, c] = own
-                    mean[c] = onward - own
+        mean[:] = 0.0
+        for i in range(samples):
+            for c in range(channels):
+                kept, scale, forget = gain[w, i, c], root[w, i, c], decay[c]
+                for k in range(numbers):
+                    innovation = rows[w, i, c, k] - mean[c, k]
+                    white[w, i, c, k] = innovation * scale
+                    mean[c, k] = (mean[c, k] + kept * innovation) * forget
+        mean[:] = 0.0
+        for i in range(samples - 1, -1, -1):
+            for c in range(channels):
+                kept, scale, forget = gain[w, i, c], root[w, i, c], decay[c]
+                for k in range(numbers):
+                    onward = forget * mean[c, k]
+                    own = white[w, i, c, k] * scale + kept * onward
+                    solved[w, i, c, k] = own
+                    mean[c, k] = onward - own

@@ -163,7 +163,7 @@ class Whitening:
 
         def of_windows(part: slice) -> tuple[Array, Array]:
             white, solved = made.of_windows(part).applied(np.concatenate([block[:, part] for block in rows]))
-            return np.matmul(solved, unknowns[part]), np.matmul(white, white.transpose(0, 2, 1))
+            return np.matmul(solved.transpose(0, 2, 1), unknowns[part]), np.matmul(white.transpose(0, 2, 1), white)
 
         cuts = [*range(0, len(made.gain), _AT_ONCE), len(made.gain)]
         with ThreadPoolExecutor(workers) as pool:

@@ -50,7 +50,7 @@ def test_filter_gives_square_root_and_inverse_of_the_dense_covariance(sd: float,
     there[1], there[2, :, 0] = True, False  # a whole window, and one with a channel that was never measured
     made = filter_of(there, np.array([sd, 0.7]), np.array([time_s, 0.01]), PERIOD_S)
     rows = np.where(there, draw.normal(size=(3, 4, 25, 2)), 0.0)
-    white, solved = (found.reshape(4, 3, 25, 2).transpose(1, 0, 2, 3) for found in made.applied(rows))
+    white, solved = (found.reshape(4, 25, 2, 3).transpose(3, 0, 1, 2) for found in made.applied(rows))
     for w in range(4):
         for c, (own_sd, own_time) in enumerate(((sd, time_s), (0.7, 0.01))):
             covariance = dense(there[w, :, c], own_sd, own_time)
