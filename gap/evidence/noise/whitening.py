@@ -29,7 +29,7 @@ Numbers = NDArray[np.int64]
 Blocks = Sequence[Array]  # of rows, each numbers × windows × samples × channels; together they may be larger than a copy has room for
 _LOWEST, _HIGHEST = (int(rung(value)) for value in (1e-3, 1e8))  # of δ in a window
 _ONE_AT_A_TIME = Lock()  # of the threads of a search, while they look at what is kept or add to it
-_AT_ONCE = 2  # windows of which all rows are whitened before their products are taken
+_AT_ONCE = 130  # rows of windows that are whitened before their products are taken: they fit a processor's own memory
 _KEPT_BYTES = 8_000_000  # of one log and channel; then it is begun anew, which costs no more time than looking through more
 
 
@@ -165,9 +165,12 @@ class Whitening:
             white, solved = made.of_windows(part).applied(np.concatenate([block[:, part] for block in rows]))
             return np.matmul(solved.transpose(0, 2, 1), unknowns[part]), np.matmul(white.transpose(0, 2, 1), white)
 
-        cuts = [*range(0, len(made.gain), _AT_ONCE), len(made.gain)]
+        at_once = max(_AT_ONCE // sum(map(len, rows)), 1)
+        cuts = list(pairwise([*range(0, len(made.gain), at_once), len(made.gain)]))
+        if len(cuts) == 1:
+            return of_windows(slice(*cuts[0]))
         with ThreadPoolExecutor(workers) as pool:
-            parts = list(pool.map(lambda ends: of_windows(slice(*ends)), pairwise(cuts)))
+            parts = list(pool.map(lambda ends: of_windows(slice(*ends)), cuts))
         return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
 
     def _decay(self, time: int) -> float:
