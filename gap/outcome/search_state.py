@@ -18,8 +18,8 @@ from gap.outcome.names import Named
 @dataclass(frozen=True, slots=True)
 class SearchState:
     """`nominal`: the rig file's own constants; `current`: the model that is said, `seen`: the hold-out with it; `alone`: the best constants
-    and no effect added, `alone_seen`: the hold-out with these. `judging`: those of the hold-out's windows that names are judged by; costs are
-    over all of them."""
+    and no effect added, `alone_seen`: the hold-out with these. `judging`: those of the hold-out's windows that names are judged by; costs
+    are over all of them."""
 
     experiments: Sequence[Experiment]
     holdouts: Sequence[Experiment]
