@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import zip_longest
 
 import numpy as np
 
@@ -17,14 +16,14 @@ from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors
-from gap.evidence.score.hypothesis import Hypothesis, Suspect, doubtful, hypothesis_at
-from gap.evidence.screening import Promise, Screen, signatures_of, start_of
+from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, doubtful, honest, hypothesis_at
+from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.side_by_side import side_by_side
-from gap.evidence.where_shown import first_lines, sizes_shown, taken_there
+from gap.evidence.where_shown import first_lines, sizes_shown, taken_there, taken_where_led
 from gap.suspects.candidates import Candidate
 
-_FOLLOWED = 8  # best promises of a screening that are followed along straight lines
+_FOLLOWED, _ROUNDS = 8, 2  # best promises of a screening that are followed along straight lines, and lines taken again
 
 
 def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
@@ -96,19 +95,34 @@ def _promising(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Sus
 def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], level: float) -> list[Open]:
     """What every suspect promises beside one start, by what it changes there; the best promises followed along straight lines, which
     promise something without any suspect as well. `level`: as in Open."""
-    signatures = signatures_of(search.seen, start, [s for s in suspects if isinstance(s, Candidate)])
+    ranked = _ranked(search, start, suspects)
     alone = start.log_z, followed(search.seen, start).log_z
-    screen, one_each = Screen(search.seen, start, signatures), first_lines(signatures)
-    small = taken_there(search.seen, start, one_each, sizes_shown(screen, one_each, -search.log_odds))
-    beside = Screen(search.seen, start, small)
-    promises = [screen.missing(s) for s in signatures] + [beside.missing(s) for s in small]
-    promises += [screen.changed(s) for s in suspects if isinstance(s, Changed)]
-    best: dict[str, Promise] = {}
-    for promise in sorted(promises, key=lambda p: p.log_z):
-        best[promise.suspect.label] = promise
-    ranked = sorted(best.values(), key=lambda p: -p.log_z)
     lines = side_by_side(search.seen, lambda p: _along_lines(search, start, p), ranked[:_FOLLOWED])
-    return [Open(start, p, line, alone, level) for p, line in zip_longest(ranked, lines)]
+    return [Open(start, p, line, alone, level) for p, line in [*lines, *((p, None) for p in ranked[_FOLLOWED:])]]
+
+
+def _ranked(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect]) -> list[Promise]:
+    """A promise of every suspect, that comes first which would be the best if what an honest model leaves were all that is left beside it:
+    the discrepancy of a start without it has grown by what it explains, and hides it."""
+    seen, right = search.seen, honest(search.seen, start)
+    signatures = signatures_of(seen, start, [s for s in suspects if isinstance(s, Candidate)])
+    one_each = first_lines(signatures)
+    small = taken_there(seen, start, one_each, sizes_shown(Screen(seen, right, signatures), one_each, -search.log_odds))
+    changed = [s for s in suspects if isinstance(s, Changed)]
+    hopes, promises = (_best_each(_beside(seen, base, signatures, small, changed)) for base in (right, start))
+    return sorted(promises.values(), key=lambda promise: -hopes[promise.suspect.label].log_z)
+
+
+def _best_each(promises: Sequence[Promise]) -> dict[str, Promise]:
+    """By label of the suspect."""
+    return {promise.suspect.label: promise for promise in sorted(promises, key=lambda p: p.log_z)}
+
+
+def _beside(
+    seen: Seen, base: Hypothesis, signatures: Sequence[LinearSignature], small: Sequence[LinearSignature], changed: Sequence[Changed]
+) -> list[Promise]:
+    first, again = Screen(seen, base, signatures), Screen(seen, base, small)
+    return [*map(first.missing, signatures), *map(again.missing, small), *map(first.changed, changed)]
 
 
 def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
@@ -120,10 +134,21 @@ def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
     return hypothesis_at(search.seen, base.suspects, point)
 
 
-def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) -> StraightFit | None:
-    if promise.signature is not None and not promise.signature.suspect.free:
-        return None
-    return followed(search.seen, start, promise)
+def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) -> tuple[Promise, StraightFit | None]:
+    """A promise followed along straight lines; again with lines to where they have led, as an effect is seldom proportional to its size."""
+    if promise.signature is not None and not promise.has_size:
+        return promise, None
+    fit = followed(search.seen, start, promise)
+    for _ in range(_ROUNDS):
+        nearer = taken_where_led(search.seen, start, promise.signature, fit.model) if promise.signature else None
+        if nearer is None:
+            break
+        again = replace(promise, signature=nearer)
+        found = followed(search.seen, start, again)
+        if found.log_z <= fit.log_z:
+            break
+        promise, fit = again, found
+    return promise, fit
 
 
 def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarray]:

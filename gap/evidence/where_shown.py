@@ -37,7 +37,14 @@ def sizes_shown(screen: Screen, lines: Sequence[LinearSignature], needed: float)
 def taken_there(seen: Seen, base: Hypothesis, lines: Sequence[LinearSignature], sizes: Mapping[str, float]) -> list[LinearSignature]:
     """Signatures taken again where they would just show, of those for which that is another size."""
     again = [s for s in lines if s.suspect.smaller_is_weaker and not _close(s, sizes[s.suspect.label])]
-    return _taken_at(seen, base, again, [sizes[s.suspect.label] for s in again]) if again else []
+    return _taken_at(seen, base, again, [_side(s) * sizes[s.suspect.label] for s in again]) if again else []
+
+
+def taken_where_led(seen: Seen, base: Hypothesis, line: LinearSignature, there: Model) -> LinearSignature | None:
+    """A signature taken again in the size to which it has led, a model with the suspect last; None where it was taken there."""
+    k = first_of(line.suspect)
+    led = float(there.theta[there.of_effect(there.added[-1])][k]) - line.suspect.free[k].start
+    return None if led == 0.0 or _close(line, abs(led)) else _taken_at(seen, base, [line], [led])[0]
 
 
 def first_lines(signatures: Sequence[LinearSignature]) -> list[LinearSignature]:
@@ -62,7 +69,7 @@ def shown_from(screen: Screen, signature: LinearSignature, needed: float) -> flo
 
 
 def _taken_at(seen: Seen, base: Hypothesis, lines: Sequence[LinearSignature], sizes: Sequence[float]) -> list[LinearSignature]:
-    """Each with the column of its first parameter taken at a size, or at the end of its range."""
+    """Each with the column of its first parameter taken this far from its start, or at the end of its range."""
     models = [_at_size(base.model, line, size) for line, size in zip(lines, sizes, strict=True)]
     moved = [simulate(e, [model.vector() for model in models]) for e in seen.experiments]
     found = []
@@ -81,14 +88,18 @@ def _with_column(line: LinearSignature, values: Sequence[float], log: int, chang
 
 
 def _at_size(model: Model, line: LinearSignature, size: float) -> Model:
-    """The first parameter this far from its neutral value and the other sizes at theirs."""
+    """The first parameter this far from its neutral value, at the end of its range at most, and the other sizes at theirs."""
     suspect, k = line.suspect, first_of(line.suspect)
     free, neutral = suspect.free[k], EFFECTS[suspect.effect].neutral
     values = [f.start if f.key in neutral else value for f, value in zip(suspect.free, line.values, strict=True)]
-    reach = max(free.high - free.start, free.start - free.low)
-    side = 1.0 if free.high - free.start == reach else -1.0
-    values[k] = free.start + side * min(size, reach)
+    values[k] = min(max(free.start + size, free.low), free.high)
     return placed(model.with_effect(suspect.entry, suspect.free), values)
+
+
+def _side(line: LinearSignature) -> float:
+    """Of an effect's size, towards which its range is longer."""
+    free = line.suspect.free[first_of(line.suspect)]
+    return 1.0 if free.high - free.start >= free.start - free.low else -1.0
 
 
 def _close(line: LinearSignature, size: float) -> bool:

@@ -10,7 +10,7 @@ from scipy.stats import chi2, norm
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import CONFIRMED
+from gap.evidence.deciding_numbers import CONFIRMED, MEMORY_S
 from gap.evidence.noise.discrepancy import log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.discrepancy_search import fitted_discrepancy
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
@@ -144,10 +144,16 @@ def window_densities(seen: Seen, left: Sequence[Array], discrepancy: Discrepancy
     return np.asarray(seen.counts * (by_window(seen.logs, left, discrepancy) + log_prior_of_times(discrepancy)))
 
 
-def beyond(seen: Seen, hypothesis: Hypothesis) -> Array:
-    """Of every channel whose discrepancy is larger than what CONFIRMED of honest models leave, how many times its scale; else 0."""
+def honest(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
+    """The same beside the discrepancy that is expected of an honest model, alike in all windows."""
+    expected = Discrepancy(seen.scales.copy(), np.full(len(seen.scales), MEMORY_S), hypothesis.at.discrepancy.share)
+    return hypothesis_at(seen, hypothesis.suspects, replace(hypothesis.at, discrepancy=expected))
+
+
+def beyond(seen: Seen, hypothesis: Hypothesis, most: float = MOST_HONEST) -> Array:
+    """Of every channel whose discrepancy is more than `most` times its scale, how many times; else 0."""
     ratio = hypothesis.at.discrepancy.sd / seen.scales
-    return np.where(ratio > MOST_HONEST, ratio, 0.0)
+    return np.where(ratio > most, ratio, 0.0)
 
 
 def doubtful(seen: Seen, hypothesis: Hypothesis) -> bool:
