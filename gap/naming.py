@@ -15,6 +15,7 @@ from config.progress import Progress
 from gap.all_logs import as_constants, as_fit, half_width, on_all_logs
 from gap.data.measured import Array
 from gap.data.windows import Experiment
+from gap.evidence.deciding_numbers import UNEXPLAINED
 from gap.evidence.judgement.words import Alike, Name, Said, said
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.opening import opening
@@ -86,7 +87,7 @@ def decide(
 def _places(state: SearchState, outcome: Said, names: Sequence[str], loaded: LoadedRig) -> tuple[Disagreement, ...]:
     """Where the chosen set, fitted to all logs, leaves more than honest models leave."""
     chosen = outcome.on_all[outcome.chosen.labels]
-    over = beyond(outcome.all_logs, chosen)
+    over = beyond(outcome.all_logs, chosen, UNEXPLAINED)
     if not over.any():
         return ()
     done = as_fit(chosen, [*state.experiments, *state.judging], state.costs)

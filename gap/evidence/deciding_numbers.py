@@ -15,6 +15,7 @@ EXPECTED = 1.0  # effects missing before anything is seen: each of M candidates 
 RANGE_SDS = 3.0  # prior standard deviations to the far end of an effect's plausible range
 CHANGED_TIMES = 10.0  # as many times its stated value a constant that a fault changes may be, and as small a part of it
 ALIKE_MASS = 0.95  # of the posterior at one place that the look-alikes named hold; a set with less than the rest of it is negligible
-CONFIRMED = 0.99  # probability from which a name is confirmed; a discrepancy beyond what so many honest models leave is unexplained
+CONFIRMED = 0.99  # probability from which a name is confirmed; a discrepancy beyond what so many honest models leave puts it in doubt
+UNEXPLAINED = 4.0  # scales of δ beyond which something else acts: of 150 right sets five left more, of 16 effects of no library one less
 
 NEGLIGIBLE = log(1.0 - ALIKE_MASS)  # of a set's ln Z beside the best one's: such a set is not worth a fit, and one window brings none there

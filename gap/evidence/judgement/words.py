@@ -9,7 +9,7 @@ import numpy as np
 
 from config.readable import probability
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
+from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE, UNEXPLAINED
 from gap.evidence.judgement.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
 from gap.evidence.judgement.nested import nested
 from gap.evidence.judgement.posterior import Shares, shares
@@ -76,8 +76,8 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }
     left = unexplained(everywhere, by_set[chosen.labels], channels)
-    by_fit_logs = bool(beyond(search.seen, chosen).any())
-    agreed = judged["chosen"] > judged["constants"] and not left
+    by_fit_logs = bool(beyond(search.seen, chosen, UNEXPLAINED).any())
+    agreed = judged["chosen"] > judged["constants"] and not beyond(everywhere, by_set[chosen.labels]).any()
     fitted = {h.labels: h for h in search.fitted}
     ballot, judge = Ballot(search.seen, judges, fitted, by_set), preferences(fitted, by_set, chosen.labels, found.of_set)
     names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
@@ -159,5 +159,5 @@ def advised(why: str, left: Sequence[str], by_fit_logs: bool) -> str:
 def unexplained(all_logs: Seen, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:
     """Channels in which the chosen set, fitted to all logs, leaves a larger discrepancy than honest models leave: what the fit logs' motion
     does not show may act in the hold-out."""
-    times = beyond(all_logs, chosen)
+    times = beyond(all_logs, chosen, UNEXPLAINED)
     return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, times, strict=True) if r > 0.0]

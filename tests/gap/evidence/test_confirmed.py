@@ -5,11 +5,13 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gap.evidence.judgement.posterior import Shares
 from gap.evidence.judgement.votes import Votes
-from gap.evidence.judgement.words import _name, advised
+from gap.evidence.judgement.words import _name, advised, unexplained
+from gap.evidence.score.hypothesis import beyond
 
 PAIR, ONE = frozenset({"stiction at x", "valve_deadband at x"}), frozenset({"stiction at x"})
 
@@ -52,3 +54,21 @@ def test_every_name_needs_the_hold_outs_own_vote(share: float, borne_out: bool, 
 )
 def test_what_the_hold_out_alone_shows_is_to_be_fitted(left: list[str], by_fit_logs: bool, told: bool) -> None:
     assert ("fit the hold-out too, and hold out another log" in advised("Something else acts.", left, by_fit_logs)) is told
+
+
+@pytest.mark.parametrize(
+    ("times", "in_doubt", "unknown"),
+    [
+        (2.5, False, False),
+        (2.7, True, False),  # a name is said, and not confirmed
+        (3.9, True, False),
+        (4.1, True, True),
+    ],
+)
+def test_a_large_discrepancy_is_doubt_and_a_very_large_one_unknown(times: float, in_doubt: bool, unknown: bool) -> None:
+    scales = np.array([0.3, 0.8])
+    seen: Any = SimpleNamespace(scales=scales)
+    left: Any = SimpleNamespace(at=SimpleNamespace(discrepancy=SimpleNamespace(sd=scales * [1.0, times])))
+    assert bool(beyond(seen, left).any()) is in_doubt
+    told = unexplained(seen, left, ["rotary.position", "tip.deflection"])
+    assert told == ([f"tip.deflection (discrepancy {times:.1f} times what is expected)"] if unknown else [])
