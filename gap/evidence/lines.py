@@ -15,9 +15,9 @@ from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors, phi_of, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered, window_densities
-from gap.evidence.score.laplace import bounded
 from gap.evidence.score.prior import prior_of
 from gap.evidence.screening import Promise
+from gap.fitting.bounded_step import bounded
 from gap.fitting.model import Model
 
 _ROUNDS = 2  # of step and discrepancy

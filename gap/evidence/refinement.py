@@ -16,9 +16,9 @@ from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.score.coordinates import magnitudes, phi_of, slopes, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Posterior, Seen, Suspect, hypothesis_at, log_density, posterior, rediscovered
-from gap.evidence.score.laplace import bounded
 from gap.evidence.score.prior import prior_of
 from gap.evidence.sensitivity import renewed
+from gap.fitting.bounded_step import bounded
 from gap.fitting.fit import HALF
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import shares_of_missed

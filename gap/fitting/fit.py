@@ -13,6 +13,7 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
+from gap.fitting.bounded_step import bounded
 from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, limits, mean_cost, rho
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities, shares_of_missed
@@ -174,21 +175,9 @@ def _best_step(
 
 
 def _bounded(model: Model, normal: Array, gradient: Array) -> Array:
-    """The step in θ; numbers that would leave their range are put on its end and the others solved again."""
-    low = np.array([free.low for free in model.free])
-    high = np.array([free.high for free in model.free])
-    fixed = np.zeros(len(model.free), dtype=bool)
-    step = np.zeros(len(model.free))
-    for _ in range(4):
-        open_ = ~fixed
-        right = gradient[open_] - normal[np.ix_(open_, fixed)] @ (step[fixed] / model.scales[fixed])
-        step[open_] = np.linalg.solve(normal[np.ix_(open_, open_)], right) * model.scales[open_]
-        outside = open_ & ((model.theta + step < low) | (model.theta + step > high))
-        if not outside.any():
-            break
-        step[outside] = np.clip(model.theta + step, low, high)[outside] - model.theta[outside]
-        fixed |= outside
-    return np.clip(model.theta + step, low, high) - model.theta
+    """The step in θ, within the ranges."""
+    low, high = (np.array([getattr(free, end) for free in model.free]) - model.theta for end in ("low", "high"))
+    return np.clip(bounded(normal, gradient, low / model.scales, high / model.scales) * model.scales, low, high)
 
 
 def unfitted(model: Model, now: Sequence[Evaluation], costs: Costing, jacobian: Sequence[Array] | None = None) -> Fit:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import erfcx, log_ndtr
 
 from gap.data.measured import Array
+from gap.fitting.bounded_step import bounded
 
 AT_END = 1e-9  # of a coordinate's own unit
 
@@ -52,22 +53,6 @@ def added(inner: Array, mixed: Array, low: Array, high: Array, precision: Array)
     gained = float(mixed @ step - 0.5 * step @ h @ step) + 0.5 * float(np.sum(np.log(precision)) - np.linalg.slogdet(h)[1])
     prior_share = sum(log_share(*each) for each in zip(low, high, precision, strict=True))
     return gained + truncated(h, mixed - h @ step, step, low, high) - prior_share
-
-
-def bounded(precision: Array, slope: Array, low: Array, high: Array) -> Array:
-    """The step to the maximum within (low, high): numbers that would leave are put on the end, the others solved again."""
-    fixed = np.zeros(len(slope), dtype=bool)
-    step = np.zeros(len(slope))
-    for _ in range(len(slope) + 1):
-        open_ = ~fixed
-        right = slope[open_] - precision[np.ix_(open_, fixed)] @ step[fixed]
-        step[open_] = np.linalg.solve(precision[np.ix_(open_, open_)], right)
-        outside = open_ & ((step < low) | (step > high))
-        if not outside.any():
-            break
-        step[outside] = np.clip(step, low, high)[outside]
-        fixed |= outside
-    return step
 
 
 def log_share(low: float, high: float, precision: float = 1.0) -> float:
