@@ -8,8 +8,7 @@ import numpy as np
 
 from config.schema.rig import Rig
 from gap.data.measured import Array
-from gap.data.strata import chosen
-from gap.data.windows import Experiment, velocities
+from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import EXPECTED, HONEST, LEAST_DISCREPANCY, MEMORY_S, OTHER_FORM
 from gap.evidence.noise.noise_model import Discrepancy
 from gap.evidence.noise.uncut import uncut
@@ -18,7 +17,7 @@ from gap.evidence.score.changed import changeable
 from gap.evidence.score.hypothesis import about, counted, hypothesis_at
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.model import Free, Model
-from gap.fitting.simulate import some
+from gap.fitting.simulate import of_every_regime
 from gap.suspects.candidates import candidates
 
 
@@ -26,8 +25,7 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     """`experiments`: the fit logs, whole, and the `names` of their channels. Of long ones some windows are chosen."""
     channels, experiments = frozenset(names), [uncut(e, rig, names) for e in experiments]
     model = Model(rig, free, np.array([item.start for item in free]))
-    numbers = chosen([velocities(e) for e in experiments])
-    few = tuple(some(e, n) for e, n in zip(experiments, numbers, strict=True))
+    few = of_every_regime(experiments)
     scales = np.maximum(HONEST * swings(experiments), LEAST_DISCREPANCY)
     seen = about(few, scales, model, counted(few, 1.0))  # as where all friction has another form: nothing is known of it yet
     point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))

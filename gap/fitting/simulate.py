@@ -33,10 +33,15 @@ def some(experiment: Experiment, numbers: NDArray[np.int64]) -> Experiment:
     return replace(experiment, plan=thinned, measured=experiment.measured[numbers], whole=plan)
 
 
-def chosen_windows(experiments: Sequence[Experiment], p: Vector) -> list[Experiment]:
-    """Windows of every regime of each log, with what they remember with the parameters `p`."""
+def of_every_regime(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Windows of every regime of each log."""
     numbers = chosen([velocities(e) for e in experiments])
-    return [remembering(some(e, n), p) for e, n in zip(experiments, numbers, strict=True)]
+    return [some(e, n) for e, n in zip(experiments, numbers, strict=True)]
+
+
+def chosen_windows(experiments: Sequence[Experiment], p: Vector) -> list[Experiment]:
+    """The same, with what they remember with the parameters `p`."""
+    return [remembering(e, p) for e in of_every_regime(experiments)]
 
 
 def remembering(experiment: Experiment, p: Vector) -> Experiment:
