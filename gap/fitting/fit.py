@@ -19,6 +19,7 @@ from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities, shares_of_missed
 from gap.fitting.simulate import simulate
 
+_LEAST_DAMPING = 1e-12  # of a number's own precision: two numbers without priors that do the same stand equally
 _DAMPINGS = (0.0, 0.1, 3.0)
 INVISIBLE = 0.05  # squared length of a constant's signature, one prior standard deviation, below which its sensitivity is not renewed
 CARRIES = 0.05  # of the largest share in a step's effect, below which a constant's sensitivity is not renewed either
@@ -163,7 +164,7 @@ def _best_step(
     """The first damping whose step lowers the true objective; also the objective reached and how much less was promised."""
     size = np.diag(normal) + 1e-9
     for damping in _DAMPINGS:
-        step = _bounded(model, normal + np.diag(damping * size + 1e-9), gradient)
+        step = _bounded(model, normal + np.diag((damping + _LEAST_DAMPING) * size), gradient)
         trial = model.with_theta(model.theta + step)
         readings = [simulate(e.experiment, [trial.vector()])[0] for e in now]
         after = [judged(e.experiment, y, e.projection, costs) for e, y in zip(now, readings, strict=True)]

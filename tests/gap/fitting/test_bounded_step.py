@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from gap.fitting.bounded_step import bounded
+from gap.fitting.fit import _LEAST_DAMPING
 
 Array = NDArray[np.float64]
 CLOSE = 1e-6
@@ -53,3 +54,11 @@ def test_one_number_at_its_end_does_not_drive_the_others_to_theirs() -> None:
 def test_a_free_maximum_is_that_of_the_normal_equations() -> None:
     precision, slope = np.array([[4.0, 1.0], [1.0, 3.0]]), np.array([1.0, 2.0])
     assert bounded(precision, slope, np.full(2, -1.0), np.full(2, 1.0)) == pytest.approx([1.0 / 11.0, 7.0 / 11.0])
+
+
+def test_two_numbers_that_do_the_same_stand_with_the_least_damping() -> None:
+    """Neither has a prior: the fit's own damping is all that tells them apart."""
+    both = np.array([1e5, 1.1e5])
+    precision = np.outer(both, both) + np.diag(_LEAST_DAMPING * both**2)
+    step = bounded(precision, precision @ np.array([2.0, 2.0]), np.full(2, -1.0), np.full(2, 1.0))
+    assert step == pytest.approx([1.0, 1.0])
