@@ -80,10 +80,11 @@ def _new_beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
 
 
 def in_its_place(search: EvidenceSearch, there: Hypothesis, descended_there: Hypothesis) -> EvidenceSearch:
-    """Every set of `there` and one more that is not fitted, with its promise where the best set stands, of which `there` lacks one suspect:
-    constants are not torn there, and what does the same as that suspect shows by how much. `descended_there`: to where that is fitted."""
-    fitted = {h.labels for h in search.fitted}
-    suspects = [s for s in search.suspects_beside(there) if there.labels | {s.label} not in fitted]
+    """Every set of `there` and one more that is neither fitted nor waits there, with its promise where the best set stands, of which
+    `there` lacks one suspect: constants are not torn there, and what does the same as that suspect shows by how much. `descended_there`: to
+    where that is fitted."""
+    known = {h.labels for h in search.fitted} | {w.labels for w in search.waiting if w.base is there}
+    suspects = [s for s in search.suspects_beside(there) if there.labels | {s.label} not in known]
     return _promising(search, there, suspects, descended_there.log_z)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gap.evidence.lines import followed
-from gap.evidence.promises import _along_lines, _ranked
+from gap.evidence.promises import _along_lines, _ranked, in_its_place, widened
 from gap.evidence.score.hypothesis import Hypothesis, Seen, hypothesis_at
 from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch
@@ -54,3 +54,9 @@ def test_a_line_that_was_taken_far_off_is_taken_again_where_it_leads(search: Evi
     assert line is not None
     assert line.log_z > followed(search.seen, search.null, far).log_z + 1.0
     assert abs(nearer.signature.values[0] - OVERLAP) < abs(signature.values[0] - OVERLAP)
+
+
+def test_what_waits_beside_a_fit_is_not_promised_there_again(search: EvidenceSearch) -> None:
+    """The best set less one may stand where its rest is fitted: the same sets would be promised, and fitted, twice."""
+    wide = widened(search, search.null)
+    assert in_its_place(wide, search.null, search.null).waiting == wide.waiting
