@@ -15,7 +15,7 @@ from gap.evidence.judgement.nested import nested
 from gap.evidence.judgement.posterior import Shares, shares
 from gap.evidence.judgement.preference import Preference, preferences
 from gap.evidence.judgement.votes import Ballot, Votes
-from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, about, beyond
+from gap.evidence.score.hypothesis import MOST_HONEST, Hypothesis, Seen, Suspect, about, beyond
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.side_by_side import side_by_side
 
@@ -75,14 +75,14 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
         "constants": by_set[search.null.labels].log_z - search.null.log_z,
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }
-    left = unexplained(everywhere, by_set[chosen.labels], channels)
+    left, doubt = (large(everywhere, by_set[chosen.labels], channels, most) for most in (UNEXPLAINED, MOST_HONEST))
     by_fit_logs = bool(beyond(search.seen, chosen, UNEXPLAINED).any())
-    agreed = judged["chosen"] > judged["constants"] and not beyond(everywhere, by_set[chosen.labels]).any()
+    agreed = judged["chosen"] > judged["constants"] and not doubt
     fitted = {h.labels: h for h in search.fitted}
     ballot, judge = Ballot(search.seen, judges, fitted, by_set), preferences(fitted, by_set, chosen.labels, found.of_set)
     names = tuple(_name(found, chosen, s, agreed, ballot) for s in chosen.suspects)
     if names:
-        word, why = _of_names(names, judge[0], left)
+        word, why = _of_names(names, judge[0], left, doubt)
     else:
         word, why = _of_none(found, judged, left)
     return Said(word, advised(why, left, by_fit_logs), chosen, names, found.none, judged, judge, everywhere, by_set)
@@ -129,12 +129,13 @@ def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: boo
     return Name(suspect, probability, alike, probability >= CONFIRMED and spoken_for, votes)
 
 
-def _of_names(names: Sequence[Name], to_none: Preference, left: Sequence[str]) -> tuple[str, str]:
+def _of_names(names: Sequence[Name], to_none: Preference, left: Sequence[str], doubt: Sequence[str]) -> tuple[str, str]:
     listed = " and ".join(f"{n.suspect.label} (probability {probability(n.probability)})" for n in names)
     side, them = "for" if to_none.gain > 0 else "against", "it" if len(names) == 1 else "them"
     judge = f"The hold-out, which was not fitted, speaks {side} {them}: {to_none.text()} over constants alone"
     if left:
         return "unknown", f"Something else acts: beside {listed} {', '.join(left)} stays, more than honest models leave. {judge}."
+    judge += f". Not confirmed: {', '.join(doubt)} stays, so more may act" if doubt else ""
     sets = [f"{{{', '.join([n.suspect.label, *(other.label for other in n.alike)])}}}" for n in names if n.alike]
     if sets:
         return "ambiguous", f"These logs cannot tell apart {'; '.join(sets)}. Most probable: {listed}. {judge}."
@@ -156,8 +157,8 @@ def advised(why: str, left: Sequence[str], by_fit_logs: bool) -> str:
     return f"{why} {_ONLY_HELD_OUT}" if left and not by_fit_logs else why
 
 
-def unexplained(all_logs: Seen, chosen: Hypothesis, channels: Sequence[str]) -> list[str]:
-    """Channels in which the chosen set, fitted to all logs, leaves a larger discrepancy than honest models leave: what the fit logs' motion
-    does not show may act in the hold-out."""
-    times = beyond(all_logs, chosen, UNEXPLAINED)
+def large(all_logs: Seen, chosen: Hypothesis, channels: Sequence[str], most: float) -> list[str]:
+    """Channels in which the chosen set, fitted to all logs, leaves more than `most` times the discrepancy that is expected: what the fit
+    logs' motion does not show may act in the hold-out."""
+    times = beyond(all_logs, chosen, most)
     return [f"{name} (discrepancy {r:.1f} times what is expected)" for name, r in zip(channels, times, strict=True) if r > 0.0]

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap.evidence.deciding_numbers import UNEXPLAINED
 from gap.evidence.judgement.posterior import Shares
+from gap.evidence.judgement.preference import Preference
 from gap.evidence.judgement.votes import Votes
-from gap.evidence.judgement.words import _name, advised, unexplained
-from gap.evidence.score.hypothesis import beyond
+from gap.evidence.judgement.words import Name, _name, _of_names, advised, large
+from gap.evidence.score.hypothesis import MOST_HONEST
 
 PAIR, ONE = frozenset({"stiction at x", "valve_deadband at x"}), frozenset({"stiction at x"})
 
@@ -68,7 +70,12 @@ def test_what_the_hold_out_alone_shows_is_to_be_fitted(left: list[str], by_fit_l
 def test_a_large_discrepancy_is_doubt_and_a_very_large_one_unknown(times: float, in_doubt: bool, unknown: bool) -> None:
     scales = np.array([0.3, 0.8])
     seen: Any = SimpleNamespace(scales=scales)
-    left: Any = SimpleNamespace(at=SimpleNamespace(discrepancy=SimpleNamespace(sd=scales * [1.0, times])))
-    assert bool(beyond(seen, left).any()) is in_doubt
-    told = unexplained(seen, left, ["rotary.position", "tip.deflection"])
-    assert told == ([f"tip.deflection (discrepancy {times:.1f} times what is expected)"] if unknown else [])
+    chosen: Any = SimpleNamespace(at=SimpleNamespace(discrepancy=SimpleNamespace(sd=scales * [1.0, times])))
+    left, doubt = (large(seen, chosen, ["rotary.position", "tip.deflection"], most) for most in (UNEXPLAINED, MOST_HONEST))
+    told = [f"tip.deflection (discrepancy {times:.1f} times what is expected)"]
+    assert left == (told if unknown else [])
+    assert doubt == (told if in_doubt else [])
+    name = Name(SimpleNamespace(label="gravity at rotary"), 0.999, (), False, None)  # type: ignore[arg-type]
+    word, why = _of_names([name], Preference(frozenset(), 12.0, 5.0, 20.0), left, doubt)
+    assert word == ("unknown" if unknown else "named")
+    assert ("Not confirmed: tip.deflection" in why) is (in_doubt and not unknown)
