@@ -10,7 +10,7 @@ from config.schema.rig import Rig
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import EXPECTED, HONEST, LEAST_DISCREPANCY, MEMORY_S, OTHER_FORM
-from gap.evidence.noise.noise_model import Discrepancy
+from gap.evidence.noise.discrepancy import expected
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.refinement import opened
 from gap.evidence.score.changed import changeable
@@ -28,7 +28,7 @@ def opening(rig: Rig, free: tuple[Free, ...], experiments: Sequence[Experiment],
     few = of_every_regime(experiments)
     scales = np.maximum(HONEST * swings(experiments), LEAST_DISCREPANCY)
     seen = about(few, scales, model, counted(few, 1.0))  # as where all friction has another form: nothing is known of it yet
-    point = opened(seen, model, Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), OTHER_FORM))
+    point = opened(seen, model, expected(scales, OTHER_FORM))
     nominal = hypothesis_at(seen, (), point)
     count = len(candidates(rig, channels)) + len(changeable(rig, free))
     return EvidenceSearch(rig, channels, seen, nominal, (), (), -float(np.log(max(count / EXPECTED - 1.0, 1.0))))

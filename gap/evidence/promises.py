@@ -16,8 +16,8 @@ from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors
-from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, doubtful, honest, hypothesis_at
-from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
+from gap.evidence.score.hypothesis import Hypothesis, Suspect, doubtful, honest, hypothesis_at
+from gap.evidence.screening import Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.side_by_side import side_by_side
 from gap.evidence.where_shown import first_lines, sizes_shown, taken_there, taken_where_led
@@ -108,22 +108,20 @@ def _ranked(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspec
     seen, right = search.seen, honest(search.seen, start)
     signatures = signatures_of(seen, start, [s for s in suspects if isinstance(s, Candidate)])
     one_each = first_lines(signatures)
-    small = taken_there(seen, start, one_each, sizes_shown(Screen(seen, right, signatures), one_each, -search.log_odds))
+    screens = [Screen(seen, base, signatures) for base in (right, start)]
+    small = taken_there(seen, start, one_each, sizes_shown(screens[0], one_each, -search.log_odds))
+    again = [Screen(seen, base, small) for base in (right, start)]
     changed = [s for s in suspects if isinstance(s, Changed)]
-    hopes, promises = (_best_each(_beside(seen, base, signatures, small, changed)) for base in (right, start))
+    hopes, promises = (
+        _best_each([*map(first.missing, signatures), *map(second.missing, small), *map(first.changed, changed)])
+        for first, second in zip(screens, again, strict=True)
+    )
     return sorted(promises.values(), key=lambda promise: -hopes[promise.suspect.label].log_z)
 
 
 def _best_each(promises: Sequence[Promise]) -> dict[str, Promise]:
     """By label of the suspect."""
     return {promise.suspect.label: promise for promise in sorted(promises, key=lambda p: p.log_z)}
-
-
-def _beside(
-    seen: Seen, base: Hypothesis, signatures: Sequence[LinearSignature], small: Sequence[LinearSignature], changed: Sequence[Changed]
-) -> list[Promise]:
-    first, again = Screen(seen, base, signatures), Screen(seen, base, small)
-    return [*map(first.missing, signatures), *map(again.missing, small), *map(first.changed, changed)]
 
 
 def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:

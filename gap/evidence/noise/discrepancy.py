@@ -16,6 +16,11 @@ from gap.evidence.noise.noise_model import Discrepancy
 LEAST_SHARE, MOST_SHARE = 1e-3, 3.0  # of η: less changes nothing, more is no friction
 
 
+def expected(scales: Array, share: float) -> Discrepancy:
+    """That of an honest model, alike in all windows, of channels with these scales of δ and a share η."""
+    return Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), share)
+
+
 def log_prior_of_share(share: Array | float) -> Array:
     """ln p(η), without constants that every model shares."""
     return np.asarray(-0.5 * (share / OTHER_FORM) ** 2)

@@ -10,8 +10,8 @@ from scipy.stats import chi2, norm
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.deciding_numbers import CONFIRMED, MEMORY_S
-from gap.evidence.noise.discrepancy import log_prior_of_sizes, log_prior_of_times
+from gap.evidence.deciding_numbers import CONFIRMED
+from gap.evidence.noise.discrepancy import expected, log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.discrepancy_search import fitted_discrepancy
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, by_window, weighed
 from gap.evidence.noise.other_form import expected_form
@@ -146,8 +146,8 @@ def window_densities(seen: Seen, left: Sequence[Array], discrepancy: Discrepancy
 
 def honest(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
     """The same beside the discrepancy that is expected of an honest model, alike in all windows."""
-    expected = Discrepancy(seen.scales.copy(), np.full(len(seen.scales), MEMORY_S), hypothesis.at.discrepancy.share)
-    return hypothesis_at(seen, hypothesis.suspects, replace(hypothesis.at, discrepancy=expected))
+    discrepancy = expected(seen.scales, hypothesis.at.discrepancy.share)
+    return hypothesis_at(seen, hypothesis.suspects, replace(hypothesis.at, discrepancy=discrepancy))
 
 
 def beyond(seen: Seen, hypothesis: Hypothesis, most: float = MOST_HONEST) -> Array:
