@@ -1,7 +1,8 @@
 """What every set and one suspect more promises: beside the fitted constants and beside the rig file's own, the best along straight lines.
 
-Where a missing effect has torn the constants away, straight lines from there lead nowhere; where the rig file's own are far off, those from
-there do. So while the base leaves more than honest models leave, each set waits with a promise from both; else from the first alone.
+Where constants have gone far to do what a missing effect does, straight lines from there do not lead to it; where the rig file's own are
+far off, those from there lead nowhere. So one suspect alone waits with a promise from both, and so does one more beside a set that leaves
+more than honest models leave; else it has one from the fitted constants.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ _FOLLOWED, _ROUNDS = 8, 2  # best promises of a screening that are followed alon
 def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     """Every set of `base` and one more that is neither fitted nor waiting, with its promise."""
     suspects = _new_beside(search, base)
-    if not doubtful(search.seen, base):
+    if not suspects:
+        return search
+    if base.suspects and not doubtful(search.seen, base):
         return _promising(search, base, suspects, base.log_z)
     starts = (_as_fitted, _with_own_constants)
     (_, here), (afresh, there) = side_by_side(search.seen, lambda start: start(search, base, suspects), starts)
