@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_backend.kernel import kernel
-from sim_backend.kernel.measured_state import correct, move
+from sim_backend.kernel.measured_state import begin, correct, move
 from sim_backend.kernel.parameters import Parameters
 from sim_backend.memory.compiled import released
 from sim_backend.memory.layout import D_STRIDE, J_START, J_STRIDE, S_START, S_STRIDE, SLOTS, C, D, H, J, Kind, S, Target, Vector, X
@@ -60,7 +60,8 @@ def quiet(parameters: Parameters) -> Vector:
 
 
 def carry(start: Vector, p: Vector, plan: WindowPlan, keep: bool = False, entered: Array | None = None) -> tuple[Array, Array]:
-    """Readings (windows × samples × sensors, SI) with parameters `p` from state `start`; with `keep` also the windows' first states.
+    """Readings (windows × samples × sensors, SI) with parameters `p` from state `start`, its joints where the first row says they are; with
+    `keep` also the windows' first states.
 
     `entered`: windows × states, from which the windows with an entry row are reached instead of through the log before them; their
     hysteresis is made that of `p`.
@@ -156,6 +157,8 @@ def _carry(
     x[X.SUPPLY_PRESSURE] = p[C.SUPPLY_PRESSURE]
     x[H.SENSE_PERIOD] = 0.0  # the sensors' lags are those of `p`
     row, (play, played) = 0, plays
+    if starts.size > 0 and entries[0] < 0:
+        begin(x, p, targets, period_s)
     for i in range(starts.size):
         if entries[i] >= 0:
             row = entries[i]

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from sim_backend.memory.compiled import released
 from sim_backend.memory.layout import (
     D_STRIDE,
+    J_START,
+    J_STRIDE,
     RING,
     S_START,
     S_STRIDE,
@@ -17,6 +19,7 @@ from sim_backend.memory.layout import (
     C,
     D,
     H,
+    J,
     S,
     Target,
     TrueSignal,
@@ -85,6 +88,18 @@ def _true_motion(p: Vector, signal: int, targets: Array, row: int, columns: tupl
     value = (1.0 - part) * targets[later, column] + part * targets[later + 1, column]
     rate = (1.0 - part) * targets[later, rate_column] + part * targets[later + 1, rate_column]
     return (value - offset) / factor, rate / factor
+
+
+@released
+def begin(x: Vector, p: Vector, targets: Array, period_s: float) -> None:
+    """Put joints at rest where the first row says they are, with the scales and offsets that the sensors have in `p`; within the stops."""
+    for slot in range(SLOTS):
+        if not np.isnan(targets[0, Target.POSITION + slot]):
+            columns, j = (Target.POSITION + slot, Target.VELOCITY + slot), J_START + slot * J_STRIDE
+            position, _ = _true_motion(p, TrueSignal.POSITION + slot, targets, 0, columns, period_s)
+            if not np.isnan(position):
+                there = min(max(position, p[j + J.LOW]), p[j + J.HIGH])
+                move(x, p, slot * D_STRIDE + D.POSITION, there - x[slot * D_STRIDE + D.POSITION], period_s)
 
 
 @released
