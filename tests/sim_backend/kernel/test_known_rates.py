@@ -11,7 +11,7 @@ import pytest
 from config.loading.load import load_rig
 from sim_backend.kernel import kernel
 from sim_backend.kernel.batch import WindowPlan, carry
-from sim_backend.kernel.measured_state import correct
+from sim_backend.kernel.measured_state import begin, correct
 from sim_backend.kernel.servo_run import servo_volts
 from sim_backend.memory.layout import D_STRIDE, DIFFERENTIAL, J_START, J_STRIDE, TARGETS, C, D, J, Kind
 from sim_backend.physics.link import fastest_rate
@@ -101,6 +101,7 @@ def test_so_of_windows_put_on_measured_motion() -> None:
     plan = WindowPlan(volts, np.array([50, 170]), 120, 1, PERIOD_S, targets)
     readings, kept = carry(sim.state, sim.parameters.values, plan, keep=True)
     resolutions = np.array([load_rig("ornl_testbed").rig.plant.sensors[name].resolution for name in single.channels])  # type: ignore[union-attr]
+    begin(single.state, single.parameters.values, targets, PERIOD_S)
     for row in range(50 + 2 * 120):
         if row in (50, 170):
             correct(single.state, single.parameters.values, targets, row, PERIOD_S)
