@@ -91,26 +91,29 @@ def _true_motion(p: Vector, signal: int, targets: Array, row: int, columns: tupl
 
 
 @released
+def _joint_motion(p: Vector, slot: int, targets: Array, row: int, period_s: float) -> tuple[float, float]:
+    """True position and velocity of a joint at a row; NaN where it was not measured."""
+    if np.isnan(targets[row, Target.POSITION + slot]):
+        return np.nan, np.nan
+    return _true_motion(p, TrueSignal.POSITION + slot, targets, row, (Target.POSITION + slot, Target.VELOCITY + slot), period_s)
+
+
+@released
 def begin(x: Vector, p: Vector, targets: Array, period_s: float) -> None:
     """Put joints at rest where the first row says they are, with the scales and offsets that the sensors have in `p`; within the stops."""
     for slot in range(SLOTS):
-        if not np.isnan(targets[0, Target.POSITION + slot]):
-            columns, j = (Target.POSITION + slot, Target.VELOCITY + slot), J_START + slot * J_STRIDE
-            position, _ = _true_motion(p, TrueSignal.POSITION + slot, targets, 0, columns, period_s)
-            if not np.isnan(position):
-                there = min(max(position, p[j + J.LOW]), p[j + J.HIGH])
-                move(x, p, slot * D_STRIDE + D.POSITION, there - x[slot * D_STRIDE + D.POSITION], period_s)
+        position, _ = _joint_motion(p, slot, targets, 0, period_s)
+        if not np.isnan(position):
+            there = min(max(position, p[J_START + slot * J_STRIDE + J.LOW]), p[J_START + slot * J_STRIDE + J.HIGH])
+            move(x, p, slot * D_STRIDE + D.POSITION, there - x[slot * D_STRIDE + D.POSITION], period_s)
 
 
 @released
 def correct(x: Vector, p: Vector, targets: Array, row: int, period_s: float) -> None:
     """Put the measured states where the measurement says they are."""
     for slot in range(SLOTS):
-        if not np.isnan(targets[row, Target.POSITION + slot]):
-            columns = Target.POSITION + slot, Target.VELOCITY + slot
-            position, velocity = _true_motion(p, TrueSignal.POSITION + slot, targets, row, columns, period_s)
-            if np.isnan(position):
-                continue
+        position, velocity = _joint_motion(p, slot, targets, row, period_s)
+        if not np.isnan(position):
             move(x, p, slot * D_STRIDE + D.POSITION, position - x[slot * D_STRIDE + D.POSITION], period_s)
             move(x, p, slot * D_STRIDE + D.VELOCITY, velocity - x[slot * D_STRIDE + D.VELOCITY], period_s)
     if p[C.BENDING_STIFFNESS] > 0.0 and not np.isnan(targets[row, Target.TIP_DEFLECTION]):
