@@ -29,6 +29,7 @@ _MOVE = (
     0.1  # of it by which a state (or form) is moved for its sensitivity: a whole one can lead across a reversal, and is no derivative there
 )
 _OIL_SD_K = 1.0  # oil at the valves: a reservoir's thermometer does not follow it
+_LEAST_UNPRESSED = 0.1  # of a joint's force, what its seals do not take
 _BRISTLE_SD = 0.3  # of the deflection at which it slides
 # Relative standard deviations, from window to window, of what stands for the form of friction before it slides.
 _FORM_SD = {J.BRISTLE_STIFFNESS: 0.5, J.BRISTLE_DAMPING: 1.0, J.BRISTLE_FADE: 0.5, J.STICTION: 0.3, J.STRIBECK: 0.3}
@@ -135,5 +136,13 @@ def forms_of_friction(p: Vector) -> list[FormOfFriction]:
 def _sliding(p: Vector, slot: int) -> list[float]:
     """The bristle's deflection at which the joint breaks away; empty without dry friction."""
     at = J_START + slot * J_STRIDE
-    level = float(p[at + J.COULOMB] + p[at + J.STICTION])
+    level = breaking_away(p, at)
     return [level / float(p[at + J.BRISTLE_STIFFNESS])] if level > 0.0 else []
+
+
+def breaking_away(p: Vector, at: int) -> float:
+    """The most that a joint's friction holds where nothing else loads it. Pressure that moves it presses its seals: g = C + S + ½ |ΔC| +
+    μ |Δp|, and A |Δp| = g."""
+    level = p[at + J.COULOMB] + p[at + J.STICTION] + 0.5 * abs(p[at + J.COULOMB_DIFFERENCE])
+    pressed = p[at + J.PRESSURE_FRICTION] / p[at + J.AREA_A] if p[at + J.KIND] == Kind.HYDRAULIC else 0.0
+    return float(level / max(1.0 - pressed, _LEAST_UNPRESSED))

@@ -21,6 +21,7 @@ from numba import njit
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
+from gap.fitting.initial_states import breaking_away
 from gap.fitting.simulate import simulate
 from sim_backend.memory.layout import J_START, J_STRIDE, SLOTS, J, Kind, Target, Vector
 
@@ -53,7 +54,8 @@ def repeated_changes(experiment: Experiment, p: Vector, readings: Array) -> list
     changes = [moved - readings for moved in simulate(experiment, other_forms(p))]
     for slot in range(SLOTS):
         at = J_START + slot * J_STRIDE
-        if p[at + J.KIND] == Kind.FORCE and _level(p, at) > 0.0 and np.isfinite(experiment.plan.targets[:, Target.POSITION + slot]).any():
+        driven = p[at + J.KIND] == Kind.FORCE and breaking_away(p, at) > 0.0
+        if driven and np.isfinite(experiment.plan.targets[:, Target.POSITION + slot]).any():
             changes += [(simulate(other, [p])[0] - readings) / _PART for other in _driven(experiment, p, slot)]
     return changes
 
@@ -63,7 +65,7 @@ def other_forms(p: Vector) -> list[Vector]:
     found = []
     for slot in range(SLOTS):
         at = J_START + slot * J_STRIDE
-        if p[at + J.KIND] != Kind.HYDRAULIC or _level(p, at) <= 0.0:
+        if p[at + J.KIND] != Kind.HYDRAULIC or breaking_away(p, at) <= 0.0:
             continue
         for number, times, elastic in FORMS:
             other = p.copy()
@@ -76,10 +78,6 @@ def other_forms(p: Vector) -> list[Vector]:
 def element(position: Array, way: float) -> Array:
     """What one element holds of its share, −1 to 1: a spring that slips after a way (Prandtl's stop operator)."""
     return np.asarray(_stop(position, way))
-
-
-def _level(p: Vector, at: int) -> float:
-    return float(p[at + J.COULOMB] + p[at + J.STICTION])
 
 
 def _driven(experiment: Experiment, p: Vector, slot: int) -> Iterator[Experiment]:
@@ -97,7 +95,7 @@ def _driven(experiment: Experiment, p: Vector, slot: int) -> Iterator[Experiment
     slow = [held[0] * np.exp(-((velocity / (part * speed)) ** 2)) if speed > 0.0 else np.zeros(len(velocity)) for part in SLOW]
     for changed in [*(one - other for one, other in pairwise(held)), *slow]:
         commands = plan.commands_V.copy()
-        commands[:, slot] -= _PART * _level(p, at) * volts_per_force * changed
+        commands[:, slot] -= _PART * breaking_away(p, at) * volts_per_force * changed
         yield replace(experiment, plan=replace(plan, commands_V=commands))
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from config.loading.load import load_rig, rig_from_text
 from config.schema.rig import Rig
 from gap.data.windows import Experiment
 from gap.fitting.evaluation import Evaluation, evaluate, judged, mean_cost
-from gap.fitting.initial_states import Projection, forms_of_friction, start_states
+from gap.fitting.initial_states import Projection, breaking_away, forms_of_friction, start_states
 from gap.fitting.model import Model
-from sim_backend.memory.layout import H, J
+from sim_backend.memory.layout import J_START, H, J
+from sim_backend.physics.friction import faded, sliding_level
 from tests.support.gap import testbed_logs
 
 TEXT = load_rig("ornl_testbed").text
@@ -70,3 +72,16 @@ def test_an_electric_drive_has_no_seal() -> None:
 def test_every_hydraulic_joint_with_friction_has_its_form() -> None:
     p = Model(RIG, (), np.empty(0)).vector()
     assert len(forms_of_friction(p)) == 2 * len({J.BRISTLE_STIFFNESS, J.BRISTLE_DAMPING, J.BRISTLE_FADE, J.STICTION, J.STRIBECK})
+
+
+@pytest.mark.parametrize(("pressed", "difference"), [(0.0, 0.0), (0.54, 0.0), (0.0, 130.0), (0.3, -60.0)])
+def test_a_joint_breaks_away_at_the_level_of_the_plant_under_the_pressure_that_moves_it(pressed: float, difference: float) -> None:
+    """In the direction in which its friction is larger; the pressure from one level to the next."""
+    p = Model(RIG, (), np.empty(0)).vector()
+    p[J_START + J.PRESSURE_FRICTION] = pressed * p[J_START + J.AREA_A]
+    p[J_START + J.COULOMB_DIFFERENCE] = difference
+    slow, level = float(np.copysign(1e-9, difference)), 0.0
+    for _ in range(200):
+        pressure = level / float(p[J_START + J.AREA_A])
+        level = sliding_level(slow, pressure, float(p[J_START + J.COULOMB]), faded(slow, float(p[J_START + J.BRISTLE_FADE])), p, J_START)
+    assert breaking_away(p, J_START) == pytest.approx(level, rel=1e-9)
