@@ -16,7 +16,8 @@ from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors, phi_of, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Point, Seen, evidence, posterior, rediscovered, window_densities
 from gap.evidence.score.prior import prior_of
-from gap.evidence.screening import Promise
+from gap.evidence.screening import LinearSignature, Promise
+from gap.evidence.secants import Secant
 from gap.fitting.bounded_step import bounded
 from gap.fitting.model import Model
 
@@ -56,8 +57,9 @@ def joined(base: Hypothesis, promise: Promise) -> tuple[Model, tuple[Array, ...]
     suspect, jacobian = promise.suspect, base.at.jacobian
     if isinstance(suspect, Changed):
         model = suspect.with_wide_prior(base.model)
-        return model, tuple(of_other_priors(j, base.model, model) for j in jacobian)
-    assert promise.signature is not None
+        found = [of_other_priors(j, base.model, model) for j in jacobian]
+        return model, tuple(_along(promise.signature, model, found) if isinstance(promise.signature, Secant) else found)
+    assert isinstance(promise.signature, LinearSignature)
     model = base.model.with_effect(suspect.entry, suspect.free)
     values = [
         value if not any(np.any(c[k]) for c in promise.signature.columns) else suspect.free[k].start
@@ -65,6 +67,12 @@ def joined(base: Hypothesis, promise: Promise) -> tuple[Model, tuple[Array, ...]
     ]  # what does nothing alone stands where it was tried
     model = model.with_theta(np.concatenate([base.model.theta, values]))
     return model, tuple(np.concatenate(pair) for pair in zip(jacobian, promise.signature.columns, strict=True))
+
+
+def _along(secant: Secant, model: Model, jacobian: list[Array]) -> list[Array]:
+    """The lines with the number's own along the secant."""
+    number = secant.suspect.number_in(model)
+    return [np.concatenate([j[:number], c[None], j[number + 1 :]]) for j, c in zip(jacobian, secant.columns, strict=True)]
 
 
 def _again(seen: Seen, point: Point, left: list[Array]) -> Point:

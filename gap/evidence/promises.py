@@ -17,11 +17,13 @@ from gap.evidence.lines import StraightFit, followed
 from gap.evidence.refinement import descended, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors
-from gap.evidence.score.hypothesis import Hypothesis, Suspect, doubtful, honest, hypothesis_at
-from gap.evidence.screening import Promise, Screen, signatures_of, start_of
+from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, doubtful, honest, hypothesis_at
+from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
+from gap.evidence.secants import Secant, secant_where_led, secants_to
 from gap.evidence.side_by_side import side_by_side
-from gap.evidence.where_shown import first_lines, sizes_shown, taken_there, taken_where_led
+from gap.evidence.where_shown import changed_by, first_lines, sizes_shown, taken_there, taken_where_led
+from gap.fitting.model import Model
 from gap.suspects.candidates import Candidate
 
 _FOLLOWED, _ROUNDS = 8, 2  # best promises of a screening that are followed along straight lines, and lines taken again
@@ -113,10 +115,15 @@ def _ranked(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspec
     one_each = first_lines(signatures)
     screens = [Screen(seen, base, signatures) for base in (right, start)]
     small = taken_there(seen, start, one_each, sizes_shown(screens[0], one_each, -search.log_odds))
-    again = [Screen(seen, base, small) for base in (right, start)]
     changed = [s for s in suspects if isinstance(s, Changed)]
+    far = {s.label: s.free.start + changed_by(screens[0], start.model, s, -search.log_odds) for s in changed}
+    secants = secants_to(seen, start, far, changed)
+    again = [Screen(seen, base, small, secants) for base in (right, start)]
     hopes, promises = (
-        _best_each([*map(first.missing, signatures), *map(second.missing, small), *map(first.changed, changed)])
+        _best_each(
+            [*map(first.missing, signatures), *map(second.missing, small)]
+            + [*map(first.changed, changed), *(second.changed(s.suspect, s) for s in secants)]
+        )
         for first, second in zip(screens, again, strict=True)
     )
     return sorted(promises.values(), key=lambda promise: -hopes[promise.suspect.label].log_z)
@@ -138,11 +145,11 @@ def at_own_constants(search: EvidenceSearch, base: Hypothesis) -> Hypothesis:
 
 def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) -> tuple[Promise, StraightFit | None]:
     """A promise followed along straight lines; again with lines to where they have led, as an effect is seldom proportional to its size."""
-    if promise.signature is not None and not promise.has_size:
+    if isinstance(promise.signature, LinearSignature) and not promise.has_size:
         return promise, None
     fit = followed(search.seen, start, promise)
     for _ in range(_ROUNDS):
-        nearer = taken_where_led(search.seen, start, promise.signature, fit.model) if promise.signature else None
+        nearer = _nearer(search.seen, start, promise, fit.model)
         if nearer is None:
             break
         again = replace(promise, signature=nearer)
@@ -151,6 +158,14 @@ def _along_lines(search: EvidenceSearch, start: Hypothesis, promise: Promise) ->
             break
         promise, fit = again, found
     return promise, fit
+
+
+def _nearer(seen: Seen, start: Hypothesis, promise: Promise, there: Model) -> LinearSignature | Secant | None:
+    """The promise's lines taken again to where they have led."""
+    if isinstance(promise.signature, LinearSignature):
+        return taken_where_led(seen, start, promise.signature, there)
+    assert isinstance(promise.suspect, Changed)
+    return secant_where_led(seen, start, promise.suspect, promise.signature, there)
 
 
 def _own_columns(search: EvidenceSearch, base: Hypothesis) -> Sequence[np.ndarray]:

@@ -5,7 +5,8 @@ readings, white) meet H through c = J s. With Λ their prior precision
 
     M = Λ + sᵀs − cᵀH⁻¹c      b = sᵀr − cᵀH⁻¹g      ln Z grows by ½ bᵀM⁻¹b + ½ ln|Λ| − ½ ln|M|
 
-For a number of the rig file that may have changed the column is in J already: only its prior's precision falls from 1 to λ.
+For a number of the rig file that may have changed the column is in J already: what ln Z has of it with its own prior goes, what it has
+with the wide one comes, along that column or along a secant to another value.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.evidence.noise.unknowns import in_noise
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.coordinates import phi_of
+from gap.evidence.score.coordinates import phi_of, stretch
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.score.laplace import added
 from gap.evidence.score.prior import prior_of
+from gap.evidence.secants import Secant
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 from gap.suspects.candidates import Candidate
@@ -47,12 +49,12 @@ class Promise:
 
     suspect: Suspect
     log_z: float
-    signature: LinearSignature | None = None
+    signature: LinearSignature | Secant | None = None
 
     @property
     def has_size(self) -> bool:
         """Whether it is an effect that has a size."""
-        return self.signature is not None and bool(self.signature.suspect.free)
+        return isinstance(self.signature, LinearSignature) and bool(self.signature.suspect.free)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +122,10 @@ def _signature(suspect: Candidate, values: Array, changes: dict[int, tuple[Array
 class Screen:
     """Suspects beside one fitted set."""
 
-    def __init__(self, seen: Seen, base: Hypothesis, signatures: Sequence[LinearSignature]) -> None:
+    def __init__(self, seen: Seen, base: Hypothesis, signatures: Sequence[LinearSignature], secants: Sequence[Secant] = ()) -> None:
         at, left = base.at, seen.left(base.at.readings)
-        rows = [(r[None], j, *(s.columns[n] for s in signatures)) for n, (r, j) in enumerate(zip(left, at.jacobian, strict=True))]
+        columns = [(*(s.columns[n] for s in signatures), *(s.columns[n][None] for s in secants)) for n in range(len(left))]
+        rows = [(r[None], j, *own) for r, j, own in zip(left, at.jacobian, columns, strict=True)]
         inner = seen.weighed(rows, at.discrepancy).inner
         own = slice(1, 1 + len(base.model.free))
         prior, phi = prior_of(base.model), phi_of(base.model)
@@ -132,6 +135,7 @@ class Screen:
         self._slope = inner[own, 0] - prior.precision * phi
         ends = np.cumsum([own.stop, *(len(s.columns[0]) for s in signatures)])
         self._rows = {id(s): np.arange(a, b) for s, a, b in zip(signatures, ends[:-1], ends[1:], strict=True)}
+        self._rows |= {id(s): np.array([ends[-1] + k]) for k, s in enumerate(secants)}
 
     def missing(self, signature: LinearSignature) -> Promise:
         """An effect that the model does not have; one of the signatures given."""
@@ -152,19 +156,31 @@ class Screen:
         weights, low, high = (part[number:][use] for part in (prior.precision, prior.low, prior.high))
         return Freed(tuple(use), inner, mixed, weights, low, high)
 
-    def changed(self, suspect: Changed) -> Promise:
-        """A number of the model with a wider prior: the normal posterior under the one divided by that of the other."""
-        model = self._base.model
-        number, variance, wide = self.of_changed(suspect)
-        mean = phi_of(suspect.with_wide_prior(model))[number] + float((self._inverse @ self._slope)[number])
-        less = (wide - 1.0) * variance
-        gain = 0.5 * (np.log(wide) - np.log1p(less) - (wide - 1.0) * mean**2 / (1.0 + less))
-        return Promise(suspect, self._base.log_z + float(gain))
+    def changed(self, suspect: Changed, secant: Secant | None = None) -> Promise:
+        """A number of the model with a wider prior, along its own column or a secant; one of those given."""
+        own = self._base.model
+        wide, k = suspect.with_wide_prior(own), suspect.number_in(own)
+        row, ratio = (self._rows[id(secant)][0], 1.0) if secant else (1 + k, float(stretch(wide)[k] / stretch(own)[k]))
+        gain = self._of_number(k, row, ratio, wide) - self._of_number(k, 1 + k, 1.0, own)
+        return Promise(suspect, self._base.log_z + gain, secant)
+
+    def _of_number(self, k: int, row: int, ratio: float, model: Model) -> float:
+        """What the number k adds to ln Z beside all others with the prior that it has in `model`, along one row of sensitivities times
+        `ratio`: the parabola about the number's value moved to the prior's middle, and cut at the prior's ends."""
+        prior, phi = prior_of(model), phi_of(model)[k]
+        others = np.delete(np.arange(len(self._inverse)), k)
+        inverse = self._inverse[np.ix_(others, others)]
+        inverse = inverse - np.outer(self._inverse[others, k], self._inverse[k, others]) / self._inverse[k, k]
+        cross = self._inner[row, 1 + others]
+        inner = ratio**2 * float(self._inner[row, row] - cross @ inverse @ cross)
+        mixed = ratio * float(self._inner[row, 0] - cross @ inverse @ self._slope[others])
+        one = (np.array([[inner]]), np.array([mixed + inner * phi]), prior.low[[k]], prior.high[[k]], prior.precision[[k]])
+        return added(*one) - float(mixed * phi + 0.5 * inner * phi**2)
 
     def of_changed(self, suspect: Changed) -> tuple[int, float, float]:
         """Which number of the model it is, its posterior variance under the narrow prior, and the precision of the wide one."""
         model = self._base.model
-        number = next(k for k, f in enumerate(model.free) if f.key == suspect.free.key)
+        number = suspect.number_in(model)
         wide = float(prior_of(suspect.with_wide_prior(model)).precision[number])
         return number, float(self._inverse[number, number]), wide
 
@@ -186,6 +202,6 @@ def start_of(base: Model, promise: Promise) -> Model:
     """The set's model with the suspect where its signature was taken."""
     if isinstance(promise.suspect, Changed):
         return promise.suspect.with_wide_prior(base)
-    assert promise.signature is not None
+    assert isinstance(promise.signature, LinearSignature)
     grown = base.with_effect(promise.suspect.entry, promise.suspect.free)
     return placed(grown, promise.signature.values)

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.evidence.score.changed import Changed
-from gap.evidence.score.coordinates import phi_of, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
 from gap.evidence.screening import Screen, signatures_of
-from gap.evidence.where_shown import first_lines, first_of, sizes_shown, taken_there
-from gap.fitting.model import Model
+from gap.evidence.where_shown import changed_by, first_lines, first_of, sizes_shown, taken_there
 from gap.suspects.candidates import Candidate
 
 _ROUNDS = 3  # of columns
@@ -35,20 +33,6 @@ def visible_sizes(seen: Seen, base: Hypothesis, suspects: Sequence[Suspect], nee
     screen = Screen(seen, base, ())
     sizes |= {s.label: changed_by(screen, base.model, s, needed) for s in suspects if isinstance(s, Changed)}
     return [_named(suspect, sizes.get(suspect.label, np.inf)) for suspect in suspects]
-
-
-def changed_by(screen: Screen, model: Model, suspect: Changed, needed: float) -> float:
-    """By how much (SI) a number of the rig file must differ from what is stated. About a true φ the narrow prior's posterior is expected at
-    (1 − v) φ, v its variance; the wide prior's ln Z beside it grows as in Screen.changed."""
-    number, variance, wide = screen.of_changed(suspect)
-    if wide >= 1.0 or variance >= 1.0 - 1e-9:  # the wide prior is no wider, or the logs say nothing of it
-        return np.inf
-    less = (wide - 1.0) * variance
-    square = (2.0 * needed - np.log(wide) + np.log1p(less)) * (1.0 + less) / (1.0 - wide)
-    phi = phi_of(model)
-    phi[number] = float(np.sqrt(square)) / (1.0 - variance)
-    there = float(theta_of(model, phi)[number])
-    return abs(there - suspect.free.start) if suspect.free.low <= there <= suspect.free.high else np.inf
 
 
 def _of_missing(seen: Seen, base: Hypothesis, suspects: Sequence[Candidate], needed: float) -> dict[str, float]:

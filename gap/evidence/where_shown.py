@@ -17,6 +17,8 @@ from scipy.optimize import brentq
 from config.schema.effect_library import EFFECTS
 from gap.data.measured import Array
 from gap.evidence.noise.unknowns import in_noise
+from gap.evidence.score.changed import Changed
+from gap.evidence.score.coordinates import phi_of, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen
 from gap.evidence.score.laplace import added
 from gap.evidence.screening import LinearSignature, Screen
@@ -66,6 +68,20 @@ def shown_from(screen: Screen, signature: LinearSignature, needed: float) -> flo
         return added(own.inner, side * size * own.inner[:, k], own.low, own.high, own.weights) - needed
 
     return float(brentq(short, 0.0, reach)) if short(reach) > 0.0 > short(0.0) else np.inf
+
+
+def changed_by(screen: Screen, model: Model, suspect: Changed, needed: float) -> float:
+    """By how much (SI) a number of the rig file must differ from what is stated. About a true φ the narrow prior's posterior is expected at
+    (1 − v) φ, v its variance; the wide prior's ln Z beside it grows as in Screen.changed."""
+    number, variance, wide = screen.of_changed(suspect)
+    if wide >= 1.0 or variance >= 1.0 - 1e-9:  # the wide prior is no wider, or the logs say nothing of it
+        return np.inf
+    less = (wide - 1.0) * variance
+    square = (2.0 * needed - np.log(wide) + np.log1p(less)) * (1.0 + less) / (1.0 - wide)
+    phi = phi_of(model)
+    phi[number] = float(np.sqrt(square)) / (1.0 - variance)
+    there = float(theta_of(model, phi)[number])
+    return abs(there - suspect.free.start) if suspect.free.low <= there <= suspect.free.high else np.inf
 
 
 def _taken_at(seen: Seen, base: Hypothesis, lines: Sequence[LinearSignature], sizes: Sequence[float]) -> list[LinearSignature]:

@@ -35,6 +35,10 @@ class Changed:
     def label(self) -> str:
         return f"{self.effect} at {self.where} changed ({self.free.key.rpartition('.')[2]})"
 
+    def number_in(self, model: Model) -> int:
+        """Which of the model's numbers it is."""
+        return next(k for k, f in enumerate(model.free) if f.key == self.free.key)
+
     def with_wide_prior(self, model: Model) -> Model:
         """The model with this number's prior widened."""
         return replace(model, free=tuple(self.free if f.key == self.free.key else f for f in model.free))
