@@ -78,10 +78,12 @@ def changed_by(screen: Screen, model: Model, suspect: Changed, needed: float) ->
         return np.inf
     less = (wide - 1.0) * variance
     square = (2.0 * needed - np.log(wide) + np.log1p(less)) * (1.0 + less) / (1.0 - wide)
-    phi = phi_of(model)
+    theta, phi = model.theta.copy(), phi_of(model)
+    theta[number] = suspect.free.high
     phi[number] = float(np.sqrt(square)) / (1.0 - variance)
-    there = float(theta_of(model, phi)[number])
-    return abs(there - suspect.free.start) if suspect.free.low <= there <= suspect.free.high else np.inf
+    if phi[number] > phi_of(model.with_theta(theta))[number]:
+        return np.inf
+    return abs(float(theta_of(model, phi)[number]) - suspect.free.start)
 
 
 def _taken_at(seen: Seen, base: Hypothesis, lines: Sequence[LinearSignature], sizes: Sequence[float]) -> list[LinearSignature]:

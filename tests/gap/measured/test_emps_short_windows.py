@@ -31,7 +31,6 @@ def test_both_frictions_are_named_then_nothing_more(found: Found) -> None:
     assert found.content["findings"][0]["parameters"]["friction"]["fit_logs"]["value"] == pytest.approx(20.39, rel=0.06)
 
 
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="0.982; see the roadmap")
 def test_coulomb_friction_is_confirmed(found: Found) -> None:
     assert found.content["findings"][0]["confirmed"]
 
