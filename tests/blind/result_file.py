@@ -7,7 +7,6 @@ into the one file.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +21,6 @@ def results(study: Path) -> dict[str, dict[str, Any]]:
     lines = (study / ALL).read_text(encoding="utf-8").splitlines() if (study / ALL).exists() else []
     found = {result["name"]: result for result in map(json.loads, lines)}
     return dict(sorted({**found, **{path.stem: json.loads(path.read_text()) for path in _ended(study)}}.items()))
-
-
-def of_last_version(found: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """The results of the version of the search that ran last: rates are those of one version."""
-    last = max(found.values(), key=lambda result: str(result["date"]), default=None)
-    return {name: result for name, result in found.items() if last and result["finder"] == last["finder"]}
 
 
 def gather(study: Path) -> None:

@@ -1,7 +1,7 @@
 """docs/results/blind.md from the results: everything on it is counted from files of the study, nothing is written by hand.
 
-The numbers are those of the version that ran last. Beside them stand the search by gates and the version that was compared with it, on the
-cases that both have, where results lie in `gates` beside those of the study.
+The numbers are those of all cases, and of every version of the search on its own. Beside them stand the search by gates and the version
+that was compared with it, on the cases that both have, where results lie in `gates` beside those of the study.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Any
 
 from tests.blind.baselines import METHODS
 from tests.blind.cases import Case
-from tests.blind.result_file import of_last_version, results
+from tests.blind.result_file import results
 from tests.blind.scoring import paired, reliability
-from tests.blind.scoring.asked import demands
+from tests.blind.scoring.asked import Demand, demands
 from tests.blind.scoring.pictures import confusion, power
 from tests.blind.scoring.score import Score, score
 from tests.blind.scoring.tables import Share, by_effect, by_form, by_sensors, failures, of_group, share, table
@@ -33,7 +33,7 @@ Results = Mapping[str, Mapping[str, Any]]
 
 def write_page(study: Path, docs: Path = DOCS) -> None:
     """Score and write. To do that opens the seal."""
-    cases, found, earlier = unseal(study), of_last_version(results(study)), study.with_name(EARLIER)
+    cases, found, earlier = unseal(study), results(study), study.with_name(EARLIER)
     scores = [score(case, found[case.name]) for case in cases if case.name in found]
     for draw, name in ((confusion, "confusion"), (power, "power")):
         draw(scores, docs / "pictures" / f"blind_{name}.png")
@@ -53,7 +53,7 @@ def _head(study: Path, cases: Sequence[Case], found: Results, scores: Sequence[S
     dates = sorted(str(r["date"]) for r in found.values())
     seconds = [float(r["processor_s"]) for r in found.values()]
     run = ", ".join(f"{counts[g]} {g.replace('_', ' ')}" for g in dict.fromkeys(case.group for case in cases))
-    commits = ", ".join(sorted({str(r["commit"]) for r in found.values()}))
+    commits = ", ".join(_by_version(found))
     head = f"""# {TITLE}
 
 You will have: what the search for missing physics gets right and wrong on hidden effects, with how many cases each number rests on.
@@ -67,10 +67,10 @@ A search took {median(seconds):.0f} s of processor time (median; longest {max(se
 
 
 def _numbers(cases: Sequence[Case], found: Results, scores: Sequence[Score]) -> str:
-    resolved = ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", _resolved(cases, found).text())
     parts = [
         "## What came out\n\nIn brackets: Wilson's 95 % interval in percent.\n",
-        table(("question", "asked", "seen"), [*demands(scores, found), resolved]),
+        table(("question", "asked", "seen"), _asked(cases, found)),
+        _version_by_version(cases, found),
         "![Share named over the size](../pictures/blind_power.png)\n",
         "![Hidden effect against first name](../pictures/blind_confusion.png)\n",
         "### By effect\n\nNamed (first or in its set) of cases run, at 1, 3 and 10 smallest visible sizes; where half are named;\n"
@@ -83,6 +83,34 @@ def _numbers(cases: Sequence[Case], found: Results, scores: Sequence[Score]) -> 
         "### Baselines on the same cases\n\n" + _baselines(cases, found),
     ]
     return "\n".join(parts)
+
+
+def _asked(cases: Sequence[Case], found: Results) -> list[Demand]:
+    resolved = ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", _resolved(cases, found).text())
+    return [*demands([score(case, found[case.name]) for case in cases if case.name in found], found), resolved]
+
+
+def _by_version(found: Results) -> dict[str, Results]:
+    """Results by the commit that gave them, in the order in which they ran."""
+    dates: dict[str, str] = {}
+    for result in sorted(found.values(), key=lambda r: str(r["date"])):
+        dates.setdefault(str(result["commit"]), str(result["date"]))
+    return {commit: {name: r for name, r in found.items() if r["commit"] == commit} for commit in dates}
+
+
+def _version_by_version(cases: Sequence[Case], found: Results) -> str:
+    """The same of every version, where there are several."""
+    versions = _by_version(found)
+    if len(versions) < 2:
+        return ""
+    columns = [_asked(cases, own) for own in versions.values()]
+    rows = [[question, *(column[n][2].split(",")[0] for column in columns)] for n, (question, _, _) in enumerate(columns[0])]
+    text = """### Version by version
+
+The search was changed on the way. Each version ran cases that nobody had seen, in their order; what was
+[declared](../../tests/blind/study/README.md) says why it was changed.
+"""
+    return "\n".join([text, table(("question", *versions), [["cases", *(str(len(own)) for own in versions.values())], *rows])])
 
 
 def _probabilities(cases: Sequence[Case], found: Results, docs: Path) -> str:

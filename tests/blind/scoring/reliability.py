@@ -19,7 +19,7 @@ from scipy.stats import binom
 
 from gap.outcome.findings import explanations
 from tests.blind.cases import Case
-from tests.blind.result_file import of_last_version, results
+from tests.blind.result_file import results
 from tests.blind.scoring import tables
 from tests.blind.scoring.pictures import plt, save
 from tests.blind.scoring.wilson import wilson
@@ -105,7 +105,7 @@ def main() -> int:
     parser.add_argument("study", type=Path, help="folder of the study by evidence")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="also draw the reliability diagram (PNG)")
     arguments = parser.parse_args()
-    made = bins(said_names({case.name: case for case in unseal(arguments.study)}, of_last_version(results(arguments.study))))
+    made = bins(said_names({case.name: case for case in unseal(arguments.study)}, results(arguments.study)))
     print("\n".join(table(made)))
     if arguments.picture:
         diagram(made, arguments.picture)
