@@ -1,11 +1,11 @@
 """How long a whole search takes: logs of the simulated testbed at 1 kHz, an effect deleted from the rig file, all candidates.
 
-    python -m benchmarks.gap [EFFECT@PLACE] [--periods 5] [--workers 2] [--one-in 1 2 4] [--dask 1 2 --verdicts 4]
+    python -m benchmarks.gap [EFFECT@PLACE] [--lengths 20 60] [--workers 2] [--one-in 1 2 4] [--dask 1 2 --verdicts 4]
 
-For each length of the fit log (12 s a period of the multisine), each number of threads and each share of the candidates (one in so many
-of all other effects): seconds, processor seconds, and what was simulated for the verdict. With `--dask` then the same for several verdicts
-beside each other on so many workers of a Dask cluster. Not part of `make bench`: a search takes about a minute on an idle machine, the
-recording of the logs another.
+For each length of the two logs (a multisine to fit, steps of both joints to decide), each number of threads and each share of the
+candidates (one in so many of all other effects): seconds, processor seconds, and what was simulated for the verdict. With `--dask` then the
+same for several verdicts beside each other on so many workers of a Dask cluster. Not part of `make bench`: a search takes about a minute on
+an idle machine, the recording of the logs another.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ MOVES = (
     {"joint": "prismatic", "by": "1 in", "hold": "2 s", "speed": "6 in/s", "acceleration": "60 in/s^2"},
     {"joint": "prismatic", "to": "36 in", "hold": "2 s", "speed": "6 in/s", "acceleration": "60 in/s^2"},
 )
-STEPS = [dict(move) for _ in range(5) for move in MOVES]
+ROUND_S, PERIOD_S, FADES_S = 9.6, 10.0, 2.0  # of these moves, of the multisine about, and of its two fades
 
 
 def main() -> None:
     """A line a search; the first of a process also loads the compiled kernel."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("effect", nargs="?", default="coulomb_friction@rotary", help="what is deleted, and where (default %(default)s)")
-    parser.add_argument("--periods", type=int, nargs="+", default=[5], metavar="N", help="of the fit log's multisine (default 5: 60 s)")
+    parser.add_argument("--lengths", type=float, nargs="+", default=[20.0], metavar="S", help="of each log, s, about (default 20)")
     parser.add_argument("--workers", type=int, nargs="+", default=[PROCESSORS], metavar="N", help="threads (default %(default)s)")
     parser.add_argument("--one-in", type=int, nargs="+", default=[1], metavar="N", help="so many candidates is tried (default: all)")
     parser.add_argument("--dask", type=int, nargs="+", default=[], metavar="N", help="workers of a Dask cluster, one thread each")
@@ -50,13 +50,12 @@ def main() -> None:
         out, rig = Path(folder), load_rig("ornl_testbed")
         model = out / "model.yaml"
         model.write_text(without(rig.text, effect, where))
-        held = _log(rig, {"maneuver": {"name": "joint_steps"}, "parameters": {"steps": STEPS}}, out / "holdout", 1)
-        for periods in arguments.periods:
-            fitted = _log(rig, {"maneuver": {"name": "multisine"}, "parameters": {"periods": periods}}, out / f"fit{periods}", 0)
+        for length_s in arguments.lengths:
+            fitted, held = _pair(rig, length_s, out / f"{length_s:g}")
             for workers, one_in in product(arguments.workers, arguments.one_in):
-                _search(Search(model, fitted, held, out / f"found{periods}-{workers}-{one_in}", workers, effect, one_in))
+                _search(Search(model, fitted, held, out / f"found{length_s:g}-{workers}-{one_in}", workers, effect, one_in))
             for workers in arguments.dask:
-                _verdicts(Search(model, fitted, held, out / f"dask{periods}-{workers}", 1), workers, arguments.verdicts)
+                _verdicts(Search(model, fitted, held, out / f"dask{length_s:g}-{workers}", 1), workers, arguments.verdicts)
     print(
         f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB (wanted: {WANTED_GIB:g}); wanted: {WANTED_S:g} s"
     )
@@ -64,20 +63,30 @@ def main() -> None:
 
 def _search(search: Search) -> None:
     took = measured(search)
-    print(f"{_length_s(search):.0f} s of fit log, {search.threads} threads, {took.screened}: {took.found}\n  {took.line}", flush=True)
+    print(f"{_lengths(search)}, {search.threads} threads, {took.screened}: {took.found}\n  {took.line}", flush=True)
 
 
 def _verdicts(search: Search, workers: int, verdicts: int) -> None:
     took = measured_on_dask(search, workers, verdicts)
     seconds = max(one.ended for one in took) - min(one.began for one in took)
     found = "; ".join(sorted({one.found for one in took}))
-    print(f"{_length_s(search):.0f} s of fit log, {workers} Dask workers, {verdicts} verdicts: {found}")
+    print(f"{_lengths(search)}, {workers} Dask workers, {verdicts} verdicts: {found}")
     print(f"  {seconds / verdicts:.1f} s a verdict; each search:")
     print("\n".join(f"  {one.line}" for one in took), flush=True)
 
 
-def _length_s(search: Search) -> float:
-    return float(read_log(search.fitted).columns["t_s"][-1])
+def _lengths(search: Search) -> str:
+    fit_s, held_s = (float(read_log(path).columns["t_s"][-1]) for path in (search.fitted, search.held))
+    return f"{fit_s:.0f} s to fit, {held_s:.0f} s to decide"
+
+
+def _pair(rig: LoadedRig, length_s: float, folder: Path) -> tuple[Path, Path]:
+    """A log to fit and one to decide of about the same length."""
+    periods = max(round(length_s / PERIOD_S), 1)
+    period = f"{(length_s - FADES_S) / periods:g} s"
+    steps = [dict(move) for _ in range(max(round(length_s / ROUND_S), 1)) for move in MOVES]
+    fitted = _log(rig, {"maneuver": {"name": "multisine"}, "parameters": {"periods": periods, "period": period}}, folder / "fit", 0)
+    return fitted, _log(rig, {"maneuver": {"name": "joint_steps"}, "parameters": {"steps": steps}}, folder / "holdout", 1)
 
 
 def _log(rig: LoadedRig, request: Mapping[str, Any], folder: Path, seed: int) -> Path:
