@@ -32,7 +32,7 @@ MOVES = (
     {"joint": "prismatic", "by": "1 in", "hold": "2 s", "speed": "6 in/s", "acceleration": "60 in/s^2"},
     {"joint": "prismatic", "to": "36 in", "hold": "2 s", "speed": "6 in/s", "acceleration": "60 in/s^2"},
 )
-ROUND_S, PERIOD_S, FADES_S = 9.6, 10.0, 2.0  # of these moves, of the multisine about, and of its two fades
+ROUND_S, PERIOD_S = 9.6, 10.0  # of these moves, and of the multisine
 
 
 def main() -> None:
@@ -83,9 +83,8 @@ def _lengths(search: Search) -> str:
 def _pair(rig: LoadedRig, length_s: float, folder: Path) -> tuple[Path, Path]:
     """A log to fit and one to decide of about the same length."""
     periods = max(round(length_s / PERIOD_S), 1)
-    period = f"{(length_s - FADES_S) / periods:g} s"
     steps = [dict(move) for _ in range(max(round(length_s / ROUND_S), 1)) for move in MOVES]
-    fitted = _log(rig, {"maneuver": {"name": "multisine"}, "parameters": {"periods": periods, "period": period}}, folder / "fit", 0)
+    fitted = _log(rig, {"maneuver": {"name": "multisine"}, "parameters": {"periods": periods}}, folder / "fit", 0)
     return fitted, _log(rig, {"maneuver": {"name": "joint_steps"}, "parameters": {"steps": steps}}, folder / "holdout", 1)
 
 
