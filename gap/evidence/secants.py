@@ -17,7 +17,7 @@ from gap.evidence.score.hypothesis import Hypothesis, Seen
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 
-_CLOSE = 1.3  # ratio of two values between which a straight line is as good as another
+CLOSE = 1.3  # ratio of two sizes up to which a straight line to the one is as good for the other
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +33,9 @@ class Secant:
 def secants_to(seen: Seen, base: Hypothesis, values: Mapping[str, float], suspects: Sequence[Changed]) -> list[Secant]:
     """Of every suspect whose value, by label, is within its range and not the one that the base has."""
     tried = [(s, values[s.label]) for s in suspects if s.free.low <= values[s.label] <= s.free.high]
-    tried = [(s, value) for s, value in tried if not _close(value, value_of(base.model, s))]
+    tried = [(s, value) for s, value in tried if not _close(value, s.value_in(base.model))]
     wide = [(s.with_wide_prior(base.model), s, value) for s, value in tried]
-    there = [_with_value(model, s, value) for model, s, value in wide]
+    there = [s.with_value(model, value) for model, s, value in wide]
     moved = [simulate(e, [model.vector() for model in there]) for e in seen.experiments]
     found = []
     for k, (model, suspect, value) in enumerate(wide):
@@ -48,22 +48,11 @@ def secants_to(seen: Seen, base: Hypothesis, values: Mapping[str, float], suspec
 
 def secant_where_led(seen: Seen, base: Hypothesis, suspect: Changed, taken: Secant | None, there: Model) -> Secant | None:
     """To where lines have led; None where they end there, or have not gone far without."""
-    led = value_of(there, suspect)
+    led = suspect.value_in(there)
     if taken is not None and _close(led, taken.value):
         return None
     return next(iter(secants_to(seen, base, {suspect.label: led}, [suspect])), None)
 
 
-def value_of(model: Model, suspect: Changed) -> float:
-    """What a model has for the number."""
-    return float(model.theta[suspect.number_in(model)])
-
-
-def _with_value(model: Model, suspect: Changed, value: float) -> Model:
-    theta = model.theta.copy()
-    theta[suspect.number_in(model)] = value
-    return model.with_theta(theta)
-
-
 def _close(one: float, other: float) -> bool:
-    return one == other or (one * other > 0.0 and 1.0 / _CLOSE < one / other < _CLOSE)
+    return one == other or (one * other > 0.0 and 1.0 / CLOSE < one / other < CLOSE)

@@ -14,7 +14,6 @@ from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, beyond
 from gap.evidence.screening import Promise, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
-from gap.evidence.secants import Secant
 from gap.evidence.sensitivity import renewed
 from gap.fitting.fit import HALF
 from gap.fitting.model import Model
@@ -47,8 +46,7 @@ def _start(search: EvidenceSearch, chosen: Open) -> Point:
     """Where straight lines lead, with sensitivities taken anew where those of the base do not tell enough."""
     base, lines = chosen.base, chosen.lines
     model = lines.model if lines else start_of(base.model, chosen.promise)
-    along = isinstance(chosen.promise.signature, Secant)
-    known = joined(base, chosen.promise)[1] if along else [of_other_priors(j, base.model, model) for j in base.at.jacobian]
+    known = joined(base, chosen.promise)[1] if isinstance(chosen.promise.suspect, Changed) else base.at.jacobian
     point = with_columns(search.seen, model, known, lines.discrepancy if lines else base.at.discrepancy)
     return renewed(search.seen, point) if chosen.lines_end_early else point
 

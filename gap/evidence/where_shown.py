@@ -22,12 +22,11 @@ from gap.evidence.score.coordinates import phi_of, theta_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen
 from gap.evidence.score.laplace import added
 from gap.evidence.screening import LinearSignature, Screen
+from gap.evidence.secants import CLOSE
 from gap.fitting.model import Model
 from gap.fitting.simulate import simulate
 from gap.suspects.candidates import Candidate
 from gap.suspects.points import placed
-
-_CLOSE = 1.3  # ratio of the size found to the one that its column was taken at, up to which it is proportional
 
 
 def sizes_shown(screen: Screen, lines: Sequence[LinearSignature], needed: float) -> dict[str, float]:
@@ -78,10 +77,9 @@ def changed_by(screen: Screen, model: Model, suspect: Changed, needed: float) ->
         return np.inf
     less = (wide - 1.0) * variance
     square = (2.0 * needed - np.log(wide) + np.log1p(less)) * (1.0 + less) / (1.0 - wide)
-    theta, phi = model.theta.copy(), phi_of(model)
-    theta[number] = suspect.free.high
+    phi = phi_of(model)
     phi[number] = float(np.sqrt(square)) / (1.0 - variance)
-    if phi[number] > phi_of(model.with_theta(theta))[number]:
+    if phi[number] > phi_of(suspect.with_value(model, suspect.free.high))[number]:
         return np.inf
     return abs(float(theta_of(model, phi)[number]) - suspect.free.start)
 
@@ -125,7 +123,7 @@ def _close(line: LinearSignature, size: float) -> bool:
     free = line.suspect.free[first_of(line.suspect)]
     taken = abs(line.values[first_of(line.suspect)] - free.start)
     size = min(size, max(free.high - free.start, free.start - free.low))
-    return taken == 0.0 or 1.0 / _CLOSE < size / taken < _CLOSE
+    return taken == 0.0 or 1.0 / CLOSE < size / taken < CLOSE
 
 
 def first_of(suspect: Candidate) -> int:

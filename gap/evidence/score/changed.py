@@ -39,6 +39,16 @@ class Changed:
         """Which of the model's numbers it is."""
         return next(k for k, f in enumerate(model.free) if f.key == self.free.key)
 
+    def value_in(self, model: Model) -> float:
+        """What a model has for the number."""
+        return float(model.theta[self.number_in(model)])
+
+    def with_value(self, model: Model, value: float) -> Model:
+        """The model with another value of the number."""
+        theta = model.theta.copy()
+        theta[self.number_in(model)] = value
+        return model.with_theta(theta)
+
     def with_wide_prior(self, model: Model) -> Model:
         """The model with this number's prior widened."""
         return replace(model, free=tuple(self.free if f.key == self.free.key else f for f in model.free))

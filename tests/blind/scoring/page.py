@@ -69,8 +69,8 @@ A search took {median(seconds):.0f} s of processor time (median; longest {max(se
 def _numbers(cases: Sequence[Case], found: Results, scores: Sequence[Score]) -> str:
     parts = [
         "## What came out\n\nIn brackets: Wilson's 95 % interval in percent.\n",
-        table(("question", "asked", "seen"), _asked(cases, found)),
-        _version_by_version(cases, found),
+        table(("question", "asked", "seen"), _asked(scores, found)),
+        _version_by_version(scores, found),
         "![Share named over the size](../pictures/blind_power.png)\n",
         "![Hidden effect against first name](../pictures/blind_confusion.png)\n",
         "### By effect\n\nNamed (first or in its set) of cases run, at 1, 3 and 10 smallest visible sizes; where half are named;\n"
@@ -85,25 +85,24 @@ def _numbers(cases: Sequence[Case], found: Results, scores: Sequence[Score]) -> 
     return "\n".join(parts)
 
 
-def _asked(cases: Sequence[Case], found: Results) -> list[Demand]:
-    resolved = ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", _resolved(cases, found).text())
-    return [*demands([score(case, found[case.name]) for case in cases if case.name in found], found), resolved]
+def _asked(scores: Sequence[Score], found: Results) -> list[Demand]:
+    """What is asked, and what was seen on the cases scored."""
+    resolved = _resolved([s.case for s in scores], found).text()
+    return [*demands(scores, found), ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", resolved)]
 
 
 def _by_version(found: Results) -> dict[str, Results]:
     """Results by the commit that gave them, in the order in which they ran."""
-    dates: dict[str, str] = {}
-    for result in sorted(found.values(), key=lambda r: str(r["date"])):
-        dates.setdefault(str(result["commit"]), str(result["date"]))
-    return {commit: {name: r for name, r in found.items() if r["commit"] == commit} for commit in dates}
+    commits = dict.fromkeys(str(r["commit"]) for r in sorted(found.values(), key=lambda r: str(r["date"])))
+    return {commit: {name: r for name, r in found.items() if r["commit"] == commit} for commit in commits}
 
 
-def _version_by_version(cases: Sequence[Case], found: Results) -> str:
+def _version_by_version(scores: Sequence[Score], found: Results) -> str:
     """The same of every version, where there are several."""
     versions = _by_version(found)
     if len(versions) < 2:
         return ""
-    columns = [_asked(cases, own) for own in versions.values()]
+    columns = [_asked([s for s in scores if s.case.name in own], own) for own in versions.values()]
     rows = [[question, *(column[n][2].split(",")[0] for column in columns)] for n, (question, _, _) in enumerate(columns[0])]
     text = """### Version by version
 

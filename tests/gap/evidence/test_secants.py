@@ -81,9 +81,7 @@ def test_a_secant_ends_at_the_readings_of_its_value(search: EvidenceSearch) -> N
     seen, base, suspect = search.seen, search.null, hysteresis(search)
     (secant,) = secants_to(seen, base, {suspect.label: TRUE}, [suspect])
     model, lines = joined(base, Promise(suspect, 0.0, secant))
-    theta = model.theta.copy()
-    theta[suspect.number_in(model)] = TRUE
-    there = model.with_theta(theta)
+    there = suspect.with_value(model, TRUE)
     step = phi_of(there) - phi_of(model)
     for before, jacobian, after in zip(seen.left(base.at.readings), lines, seen.left(seen.readings(there)), strict=True):
         assert before - np.tensordot(step, jacobian, 1) == pytest.approx(after, abs=1e-6)
@@ -92,7 +90,7 @@ def test_a_secant_ends_at_the_readings_of_its_value(search: EvidenceSearch) -> N
 @pytest.mark.slow
 def test_nothing_is_tried_where_the_number_stands_or_beyond_its_range(search: EvidenceSearch) -> None:
     suspect = hysteresis(search)
-    here = float(search.null.model.theta[suspect.number_in(search.null.model)])
+    here = suspect.value_in(search.null.model)
     for value in (here, 1.1 * here, np.inf, 2.0 * suspect.free.high):
         assert secants_to(search.seen, search.null, {suspect.label: value}, [suspect]) == []
 
@@ -105,5 +103,4 @@ def test_lines_about_the_stated_number_do_not_lead_to_it_and_those_of_the_search
     assert waiting.lines is not None
     about = followed(search.seen, search.null, Promise(suspect, 0.0))
     assert waiting.lines.log_z > about.log_z + 10.0
-    led = float(waiting.lines.model.theta[suspect.number_in(waiting.lines.model)])
-    assert led == pytest.approx(TRUE, rel=0.3)
+    assert suspect.value_in(waiting.lines.model) == pytest.approx(TRUE, rel=0.3)

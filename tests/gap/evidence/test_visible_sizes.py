@@ -84,7 +84,7 @@ def test_a_number_changed_by_that_much_gains_what_it_needs() -> None:
     constants = np.random.default_rng(5).standard_normal((3, SAMPLES))
     base = linear_base(constants)
     suspect = next(c for c in changeable(base.model.rig, base.model.free))
-    number = next(k for k, f in enumerate(base.model.free) if f.key == suspect.free.key)
+    number = suspect.number_in(base.model)
     free, model = suspect.free, base.model
     size = changed_by(Screen(White(), base, ()), model, suspect, NEEDED)  # type: ignore[arg-type]
     wide = np.ones(len(constants))
