@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-RIGHT_OF = {0.99: (255, 268), 0.5: (16, 59)}  # from a probability on, up to the next: names that were right, of so many
+SUREST, FURTHER, UNKNOWN = "the surest name of a log", "a name beside a surer one", "a name under unknown"
+RIGHT_OF = {  # from a probability on, up to the next: names that were right, of so many
+    SUREST: {0.99: (206, 208), 0.5: (14, 23)},
+    FURTHER: {0.99: (26, 28), 0.5: (1, 17)},
+    UNKNOWN: {0.99: (23, 32), 0.5: (1, 19)},
+}
 
 
-def how_often_right(probability: float) -> str:
+def place_of(verdict: str, number: int) -> str:
+    """Where a name stands. `number`: of surer ones beside it."""
+    if verdict == "unknown":
+        return UNKNOWN
+    return FURTHER if number else SUREST
+
+
+def how_often_right(probability: float, place: str) -> str:
     """In words; empty below what the study has counted."""
-    least = next((edge for edge in RIGHT_OF if probability >= edge), None)
+    least = next((edge for edge in RIGHT_OF[place] if probability >= edge), None)
     if least is None:
         return ""
-    right, said = RIGHT_OF[least]
-    return f"Of names said with {'0.99 and more' if least == 0.99 else 'less than 0.99'} {right} of {said} were right in the blind study."
+    right, said = RIGHT_OF[place][least]
+    how_sure = "0.99 and more" if least == 0.99 else "less than 0.99"
+    return f"In the blind study {right} of {said} were right that were {place} and said with {how_sure}."

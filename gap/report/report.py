@@ -18,7 +18,7 @@ from gap.report import plots
 from gap.report.constants_table import constants_table
 from gap.report.headline import blind_values, gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
 from gap.report.kept_sentence import kept_sentence
-from gap.report.reliability import how_often_right
+from gap.report.reliability import how_often_right, place_of
 from gap.report.replay import SMOOTH_S, replays
 from gap.report.shown import fingerprints, first_and_blind, of_channel, region_text, stages, telling_channel
 from gap.report.unseen import Unseen
@@ -76,17 +76,19 @@ def _findings(found: Found, units: FileUnits) -> str:
         name = f"{item['effect']} at {item['where']}" + ("" if item in found.content["findings"] else " (not named, not in the file)")
         alike = ", ".join(f"{x['effect']} at {x['where']} (gain {_short(x['holdout_gain'])})" for x in item["look_alikes"]) or "none"
         rows.append([name, item["equation"], _short(item["holdout_gain"]), _short(item["t"]), alike])
-        notes.append(paragraph(f"{name}: {item['fingerprint']} {_rests_on(item)}"))
+        surer = sum(other.get("probability", 0.0) > item.get("probability", 1.0) for other in tried)
+        place = place_of(found.verdict.word, surer)
+        notes.append(paragraph(f"{name}: {item['fingerprint']} {_rests_on(item, place)}"))
     if not rows:
         return "<h2>Findings</h2>" + paragraph("No missing effect is named.") + warnings
     return "<h2>Findings</h2>" + table(["effect", "equation", "gain", "t", "look-alikes"], rows) + "".join(notes) + warnings
 
 
-def _rests_on(item: dict[str, Any]) -> str:
+def _rests_on(item: dict[str, Any], place: str) -> str:
     """A name's probability, and what either log says of it where the other one is fitted."""
     if "probability" not in item:
         return "Read off the logs, not fitted."
-    sure = f"Probability {probability(item['probability'])}. {how_often_right(item['probability'])}".rstrip()
+    sure = f"Probability {probability(item['probability'])}. {how_often_right(item['probability'], place)}".rstrip()
     if "votes" not in item:
         return sure
     by = item["votes"]

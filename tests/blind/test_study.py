@@ -18,7 +18,7 @@ from tests.blind.changed_numbers import stated
 from tests.blind.one_case import finder_digest, rig_text
 from tests.blind.result_file import ALL, ENDED, gather, of_case, results
 from tests.blind.scoring.page import DOCS, write_page
-from tests.blind.scoring.reliability import said_names
+from tests.blind.scoring.probabilities.reliability import by_place, said_names
 from tests.blind.seal import published, seal, unseal
 from tests.blind.truth.session import Setting, numbers_of
 
@@ -94,11 +94,8 @@ def test_the_committed_page_is_made_from_the_committed_results(tmp_path: Path) -
     assert (tmp_path / "results" / "blind.md").read_text() == (DOCS / "results" / "blind.md").read_text()
 
 
-@pytest.mark.parametrize(("least", "below"), [(0.99, 1.01), (0.5, 0.99)])
-def test_reports_say_how_often_the_study_found_names_right(least: float, below: float) -> None:
-    every = said_names({case.name: case for case in unseal(STUDY)}, results(STUDY))
-    some = [name.right for name in every if least <= name.probability < below]
-    assert RIGHT_OF[least] == (sum(some), len(some))
+def test_reports_say_how_often_the_study_found_names_right() -> None:
+    assert by_place(said_names({case.name: case for case in unseal(STUDY)}, results(STUDY))) == RIGHT_OF
 
 
 def test_the_finder_gets_a_rig_without_the_hidden_effect() -> None:

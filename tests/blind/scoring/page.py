@@ -16,9 +16,10 @@ from typing import Any
 from tests.blind.baselines import METHODS
 from tests.blind.cases import Case
 from tests.blind.result_file import results
-from tests.blind.scoring import paired, reliability
+from tests.blind.scoring import paired
 from tests.blind.scoring.asked import Demand, demands
 from tests.blind.scoring.pictures import confusion, power
+from tests.blind.scoring.probabilities import reliability
 from tests.blind.scoring.score import Score, score
 from tests.blind.scoring.tables import Share, by_effect, by_form, by_sensors, failures, of_group, share, table
 from tests.blind.seal import published, unseal
@@ -114,10 +115,11 @@ The search was changed on the way. Each version ran cases that nobody had seen, 
 
 def _probabilities(cases: Sequence[Case], found: Results, docs: Path) -> str:
     """Of the names said with a probability, how many were right."""
-    made = reliability.bins(reliability.said_names({case.name: case for case in cases}, found))
+    names = reliability.said_names({case.name: case for case in cases}, found)
+    made = reliability.bins(names)
     reliability.diagram(made, docs / "pictures" / "blind_reliability.png")
     picture = "![share of right names over the probability said](../pictures/blind_reliability.png)"
-    return "\n".join(["## Probabilities\n", *reliability.table(made), "", picture, ""])
+    return "\n".join(["## Probabilities\n", *reliability.table(made), "", *reliability.table_by_place(names), "", picture, ""])
 
 
 def _beside(study: Path, earlier: Path, cases: Sequence[Case]) -> str:

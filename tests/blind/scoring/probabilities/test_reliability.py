@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.image import imread
 
+from gap.report.reliability import FURTHER, SUREST, UNKNOWN
 from tests.blind.cases import cases, sizes
-from tests.blind.scoring.reliability import SaidName, bins, diagram, said_names, table
+from tests.blind.scoring.probabilities.reliability import SaidName, bins, by_place, diagram, said_names, table, table_by_place
 
 
 def drawn(seed: int, boast: float) -> list[SaidName]:
@@ -43,8 +44,18 @@ def test_a_right_look_alike_makes_no_name_right() -> None:
     wrong = {"effect": "none_such", "where": where, "probability": 0.9, "look_alikes": alike}
     right = {"effect": effect, "where": where, "probability": 0.6, "look_alikes": []}
     by_eye = {"effect": effect, "where": where, "look_alikes": []}
-    found = {case.name: {"findings": [wrong, by_eye], "leads": [right]}}
-    assert said_names({case.name: case}, found) == [SaidName(0.9, False), SaidName(0.6, True)]
+    found = {"verdict": "named", "findings": [right, by_eye], "leads": [wrong]}
+    assert said_names({case.name: case}, {case.name: found}) == [SaidName(0.9, False, SUREST), SaidName(0.6, True, FURTHER)]
+    under_unknown = said_names({case.name: case}, {case.name: found | {"verdict": "unknown"}})
+    assert [name.place for name in under_unknown] == [UNKNOWN, UNKNOWN]
+
+
+def test_names_are_counted_by_where_they_stand() -> None:
+    names = [SaidName(1.0, True), SaidName(0.99, False), SaidName(0.7, True), SaidName(0.4, True), SaidName(0.98, False, FURTHER)]
+    counted = by_place(names)
+    assert counted[SUREST] == {0.99: (1, 2), 0.5: (1, 1)}
+    assert counted[FURTHER] == {0.99: (0, 0), 0.5: (0, 1)}
+    assert table_by_place(names)[2] == f"| {SUREST} | 1 of 1 | 1 of 2 |"
 
 
 def test_table_and_picture(tmp_path: Path) -> None:

@@ -1,8 +1,9 @@
-"""`python -m tests.blind.scoring.reliability STUDY [--picture FILE]`: of the names said with a probability, how many were right.
+"""`python -m tests.blind.scoring.probabilities.reliability STUDY [--picture FILE]`: of names said with a probability, how many were
+right.
 
 Every name of a study counts once, under whatever verdict, by itself: a look-alike that is right makes no name right. Probabilities are put
 into bins; if they are what they say, the number of right ones in a bin is a sum of coins of these probabilities. `may be`: the 95 %
-interval of a binomial of their mean, a little wider than that sum's. Prints a Markdown table.
+interval of a binomial of their mean, a little wider than that sum's. Prints Markdown tables.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 from scipy.stats import binom
 
 from gap.outcome.findings import explanations
+from gap.report.reliability import RIGHT_OF, SUREST, place_of
 from tests.blind.cases import Case
 from tests.blind.result_file import results
 from tests.blind.scoring import tables
@@ -31,10 +33,11 @@ HEAD = ("said with", "names", "mean of what was said", "right", "share (95 %)", 
 
 @dataclass(frozen=True, slots=True)
 class SaidName:
-    """One name with its probability, and whether it is one of those hidden."""
+    """One name with its probability, whether it is one of those hidden, and where it stands (gap.report.reliability)."""
 
     probability: float
     right: bool
+    place: str = SUREST
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +57,34 @@ class Bin:
         return self.may_be[0] <= self.right <= self.may_be[1]
 
 
-def said_names(cases: Mapping[str, Case], found: Mapping[str, dict[str, Any]]) -> list[SaidName]:
+def said_names(cases: Mapping[str, Case], found: Mapping[str, Mapping[str, Any]]) -> list[SaidName]:
     """Of all results, findings and leads; those without a probability (what the values of a log show by themselves) are left out."""
-    said = [(cases[name], item) for name, result in found.items() for item in explanations(result)]
-    sure = [(case, item) for case, item in said if item.get("probability") is not None]
-    return [SaidName(float(item["probability"]), (item["effect"], item["where"]) in case.truth) for case, item in sure]
+    return [name for case, result in found.items() for name in _of_result(cases[case], result)]
+
+
+def _of_result(case: Case, result: Mapping[str, Any]) -> list[SaidName]:
+    """The surest first."""
+    sure = sorted((i for i in explanations(result) if i.get("probability") is not None), key=lambda i: -i["probability"])
+    right = [(i["effect"], i["where"]) in case.truth for i in sure]
+    return [
+        SaidName(float(i["probability"]), ok, place_of(result["verdict"], n)) for n, (i, ok) in enumerate(zip(sure, right, strict=True))
+    ]
+
+
+def by_place(names: Sequence[SaidName]) -> dict[str, dict[float, tuple[int, int]]]:
+    """Of the names in every place, from a probability on up to the next: those that were right, and all."""
+    return {place: {least: _right(names, place, least, below) for least, below in ((0.99, 1.01), (0.5, 0.99))} for place in RIGHT_OF}
+
+
+def _right(names: Sequence[SaidName], place: str, least: float, below: float) -> tuple[int, int]:
+    own = [name.right for name in names if name.place == place and least <= name.probability < below]
+    return sum(own), len(own)
+
+
+def table_by_place(names: Sequence[SaidName]) -> list[str]:
+    """Row by row."""
+    rows = [[place, *(f"{right} of {said}" for right, said in reversed(counts.values()))] for place, counts in by_place(names).items()]
+    return tables.table(("", "right of those said with 0.5 to 0.99", "with 0.99 and more"), rows).splitlines()
 
 
 def bins(names: Sequence[SaidName]) -> list[Bin]:
@@ -101,12 +127,13 @@ def diagram(made: Sequence[Bin], path: Path) -> None:
 
 def main() -> int:
     """Exit 0 if every bin is within what was said, else 1."""
-    parser = argparse.ArgumentParser(prog="python -m tests.blind.scoring.reliability", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.blind.scoring.probabilities.reliability", description=__doc__)
     parser.add_argument("study", type=Path, help="folder of the study by evidence")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="also draw the reliability diagram (PNG)")
     arguments = parser.parse_args()
-    made = bins(said_names({case.name: case for case in unseal(arguments.study)}, results(arguments.study)))
-    print("\n".join(table(made)))
+    names = said_names({case.name: case for case in unseal(arguments.study)}, results(arguments.study))
+    made = bins(names)
+    print("\n".join([*table(made), "", *table_by_place(names)]))
     if arguments.picture:
         diagram(made, arguments.picture)
     return 0 if all(b.kept for b in made) else 1

@@ -1,0 +1,25 @@
+"""What a report says of how often such names were right hangs on where the name stands."""
+
+from __future__ import annotations
+
+import pytest
+
+from gap.report.reliability import FURTHER, RIGHT_OF, SUREST, UNKNOWN, how_often_right, place_of
+
+
+@pytest.mark.parametrize(
+    ("verdict", "surer", "place"), [("named", 0, SUREST), ("ambiguous", 1, FURTHER), ("named", 2, FURTHER), ("unknown", 0, UNKNOWN)]
+)
+def test_a_name_stands_alone_or_beside_something(verdict: str, surer: int, place: str) -> None:
+    assert place_of(verdict, surer) == place
+
+
+@pytest.mark.parametrize("place", [SUREST, FURTHER, UNKNOWN])
+def test_the_counts_of_its_place_and_its_range_are_told(place: str) -> None:
+    for probability, least, words in ((0.995, 0.99, "0.99 and more"), (0.6, 0.5, "less than 0.99")):
+        right, said = RIGHT_OF[place][least]
+        assert (
+            how_often_right(probability, place)
+            == f"In the blind study {right} of {said} were right that were {place} and said with {words}."
+        )
+    assert how_often_right(0.3, place) == ""
