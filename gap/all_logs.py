@@ -36,10 +36,11 @@ def on_all_logs(state: SearchState, seen: Seen, hypothesis: Hypothesis) -> Fitte
 
 
 def as_fit(hypothesis: Hypothesis, experiments: Sequence[Experiment], costs: Costing) -> Fit:
-    """The model as it was fitted, in the costs of the report. `experiments`: those it was fitted to."""
-    model = as_constants(hypothesis)
+    """The model as it was fitted, in the costs of the report. `experiments`: those it was fitted to. Sensitivities that the search has let
+    go are taken again."""
+    model, known = as_constants(hypothesis), hypothesis.at.jacobian
     rescaled = (model.scales / hypothesis.model.scales / stretch(hypothesis.model))[:, None, None, None]
-    jacobian = [rescaled * j * e.sigma for j, e in zip(hypothesis.at.jacobian, experiments, strict=True)]
+    jacobian = [rescaled * j * e.sigma for j, e in zip(known, experiments, strict=True)] if known else None
     return unfitted(model, [evaluate(e, model, costs) for e in experiments], costs, jacobian)
 
 

@@ -16,7 +16,7 @@ from gap.all_logs import as_constants, as_fit, half_width, on_all_logs
 from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import UNEXPLAINED
-from gap.evidence.judgement.words import Alike, Name, Said, said
+from gap.evidence.judgement.words import Alike, Name, Said, asked, said
 from gap.evidence.noise.uncut import uncut
 from gap.evidence.opening import opening
 from gap.evidence.score.changed import Changed
@@ -69,6 +69,8 @@ def decide(
     for stage in STAGES:
         search = stage(search, progress)
         give_back_freed_memory()
+    search = search.at_its_end(asked(search))
+    give_back_freed_memory()
     progress("asking the hold-out")
     outcome = said(search, [uncut(e, loaded.rig, names) for e in state.judging], names)
     state = _with_constants(state, search.null)

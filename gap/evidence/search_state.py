@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -105,7 +106,18 @@ class EvidenceSearch:
         """The fit of a set, if there is one."""
         return next((h for h in self.fitted if h.labels == labels), None)
 
+    def at_its_end(self, needed: Sequence[Hypothesis]) -> EvidenceSearch:
+        """Only the sets that are needed keep their sensitivities, most of the memory of a search; what all of them say or promise stays."""
+        kept = {h.labels for h in needed}
+        fitted = tuple(h if h.labels in kept else _light(h) for h in self.fitted)
+        waiting = tuple(replace(w, base=_light(w.base), promise=replace(w.promise, signature=None)) for w in self.waiting)
+        return replace(self, nominal=_light(self.nominal), fitted=fitted, waiting=waiting)
+
     def suspects_beside(self, base: Hypothesis) -> list[Suspect]:
         """What may be added to a set: not what it has; nor an effect and the change of a number that is the same."""
         every: list[Suspect] = [*candidates(base.model.rig, self.channels), *changeable(self.rig, self.nominal.model.free)]
         return [suspect for suspect in every if suspect.label not in base.labels]
+
+
+def _light(hypothesis: Hypothesis) -> Hypothesis:
+    return replace(hypothesis, at=replace(hypothesis.at, readings=(), jacobian=()))
