@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 SUREST, FURTHER, UNKNOWN = "the surest name of a log", "a name beside a surer one", "a name under unknown"
 RIGHT_OF = {  # from a probability on, up to the next: names that were right, of so many
     SUREST: {0.99: (206, 208), 0.5: (14, 23)},
@@ -10,11 +12,13 @@ RIGHT_OF = {  # from a probability on, up to the next: names that were right, of
 }
 
 
-def place_of(verdict: str, number: int) -> str:
-    """Where a name stands. `number`: of surer ones beside it."""
+def places(verdict: str, probabilities: Sequence[float]) -> list[str]:
+    """Where each name of a log stands; of equally sure ones the first is the surest."""
     if verdict == "unknown":
-        return UNKNOWN
-    return FURTHER if number else SUREST
+        return [UNKNOWN] * len(probabilities)
+    numbers = range(len(probabilities))
+    first = max(numbers, key=lambda n: probabilities[n], default=0)
+    return [SUREST if n == first else FURTHER for n in numbers]
 
 
 def how_often_right(probability: float, place: str) -> str:

@@ -18,7 +18,7 @@ from gap.report import plots
 from gap.report.constants_table import constants_table
 from gap.report.headline import blind_values, gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
 from gap.report.kept_sentence import kept_sentence
-from gap.report.reliability import how_often_right, place_of
+from gap.report.reliability import how_often_right, places
 from gap.report.replay import SMOOTH_S, replays
 from gap.report.shown import fingerprints, first_and_blind, of_channel, region_text, stages, telling_channel
 from gap.report.unseen import Unseen
@@ -72,12 +72,10 @@ def _findings(found: Found, units: FileUnits) -> str:
     warnings = "".join(paragraph(f"Data: {units.sentences.text(problem.text())}", "small") for problem in found.problems)
     tried = [*found.content["leads"], *found.content["findings"]]
     rows, notes = [], []
-    for item in tried:
+    for item, place in zip(tried, places(found.verdict.word, [item.get("probability", 0.0) for item in tried]), strict=True):
         name = f"{item['effect']} at {item['where']}" + ("" if item in found.content["findings"] else " (not named, not in the file)")
         alike = ", ".join(f"{x['effect']} at {x['where']} (gain {_short(x['holdout_gain'])})" for x in item["look_alikes"]) or "none"
         rows.append([name, item["equation"], _short(item["holdout_gain"]), _short(item["t"]), alike])
-        surer = sum(other.get("probability", 0.0) > item.get("probability", 1.0) for other in tried)
-        place = place_of(found.verdict.word, surer)
         notes.append(paragraph(f"{name}: {item['fingerprint']} {_rests_on(item, place)}"))
     if not rows:
         return "<h2>Findings</h2>" + paragraph("No missing effect is named.") + warnings

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from gap.report.reliability import FURTHER, RIGHT_OF, SUREST, UNKNOWN, how_often_right, place_of
+from gap.report.reliability import FURTHER, RIGHT_OF, SUREST, UNKNOWN, how_often_right, places
 
 
 @pytest.mark.parametrize(
-    ("verdict", "surer", "place"), [("named", 0, SUREST), ("ambiguous", 1, FURTHER), ("named", 2, FURTHER), ("unknown", 0, UNKNOWN)]
+    ("verdict", "probabilities", "expected"),
+    [
+        ("named", [0.9], [SUREST]),
+        ("ambiguous", [0.7, 0.99], [FURTHER, SUREST]),
+        ("named", [1.0, 1.0, 0.6], [SUREST, FURTHER, FURTHER]),  # one alone is the surest
+        ("unknown", [0.9, 0.8], [UNKNOWN, UNKNOWN]),
+        ("no_gap", [], []),
+    ],
 )
-def test_a_name_stands_alone_or_beside_something(verdict: str, surer: int, place: str) -> None:
-    assert place_of(verdict, surer) == place
+def test_a_name_stands_alone_or_beside_something(verdict: str, probabilities: list[float], expected: list[str]) -> None:
+    assert places(verdict, probabilities) == expected
 
 
 @pytest.mark.parametrize("place", [SUREST, FURTHER, UNKNOWN])

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import binom
 
 from gap.outcome.findings import explanations
-from gap.report.reliability import RIGHT_OF, SUREST, place_of
+from gap.report.reliability import RIGHT_OF, SUREST, places
 from tests.blind.cases import Case
 from tests.blind.result_file import results
 from tests.blind.scoring import tables
@@ -63,11 +63,11 @@ def said_names(cases: Mapping[str, Case], found: Mapping[str, Mapping[str, Any]]
 
 
 def _of_result(case: Case, result: Mapping[str, Any]) -> list[SaidName]:
-    """The surest first."""
-    sure = sorted((i for i in explanations(result) if i.get("probability") is not None), key=lambda i: -i["probability"])
-    right = [(i["effect"], i["where"]) in case.truth for i in sure]
+    sure = [item for item in explanations(result) if item.get("probability") is not None]
+    where = places(result["verdict"], [item["probability"] for item in sure])
     return [
-        SaidName(float(i["probability"]), ok, place_of(result["verdict"], n)) for n, (i, ok) in enumerate(zip(sure, right, strict=True))
+        SaidName(float(item["probability"]), (item["effect"], item["where"]) in case.truth, place)
+        for item, place in zip(sure, where, strict=True)
     ]
 
 

@@ -44,8 +44,8 @@ def test_a_right_look_alike_makes_no_name_right() -> None:
     wrong = {"effect": "none_such", "where": where, "probability": 0.9, "look_alikes": alike}
     right = {"effect": effect, "where": where, "probability": 0.6, "look_alikes": []}
     by_eye = {"effect": effect, "where": where, "look_alikes": []}
-    found = {"verdict": "named", "findings": [right, by_eye], "leads": [wrong]}
-    assert said_names({case.name: case}, {case.name: found}) == [SaidName(0.9, False, SUREST), SaidName(0.6, True, FURTHER)]
+    found = {"verdict": "named", "findings": [by_eye, right], "leads": [wrong]}
+    assert said_names({case.name: case}, {case.name: found}) == [SaidName(0.6, True, FURTHER), SaidName(0.9, False, SUREST)]
     under_unknown = said_names({case.name: case}, {case.name: found | {"verdict": "unknown"}})
     assert [name.place for name in under_unknown] == [UNKNOWN, UNKNOWN]
 
