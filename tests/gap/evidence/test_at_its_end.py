@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ def search(tmp_path_factory: pytest.TempPathFactory) -> EvidenceSearch:
     found = widened(found, found.null)
     first, *rest = sorted(found.waiting, key=found.log_hope, reverse=True)
     done = refined(found, first)
-    return EvidenceSearch(found.rig, found.channels, found.seen, found.nominal, (*found.fitted, done), tuple(rest), found.log_odds)
+    return replace(found, fitted=(*found.fitted, done), waiting=tuple(rest))
 
 
 def held_bytes(search: EvidenceSearch) -> int:
