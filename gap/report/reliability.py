@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-SUREST, FURTHER, UNKNOWN = "the surest name of a log", "a name beside a surer one", "a name under unknown"
+SUREST, FURTHER, LEAD = "the surest name of a log", "a name beside a surer one", "a lead under unknown"
 RIGHT_OF = {  # from a probability on, up to the next: names that were right, of so many
     SUREST: {0.99: (206, 208), 0.5: (14, 23)},
     FURTHER: {0.99: (26, 28), 0.5: (1, 17)},
-    UNKNOWN: {0.99: (23, 32), 0.5: (1, 19)},
+    LEAD: {0.99: (23, 32), 0.5: (1, 19)},
 }
 
 
 def places(verdict: str, probabilities: Sequence[float]) -> list[str]:
-    """Where each name of a log stands; of equally sure ones the first is the surest."""
+    """Where each name of a log stands; of equally sure ones the first is the surest. Under `unknown` nothing is named: what helped is a
+    lead."""
     if verdict == "unknown":
-        return [UNKNOWN] * len(probabilities)
+        return [LEAD] * len(probabilities)
     numbers = range(len(probabilities))
     first = max(numbers, key=lambda n: probabilities[n], default=0)
     return [SUREST if n == first else FURTHER for n in numbers]

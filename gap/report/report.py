@@ -18,7 +18,7 @@ from gap.report import plots
 from gap.report.constants_table import constants_table
 from gap.report.headline import blind_values, gap_line, grade, held_lines, lead_line, look_alikes, pulled_lines, values, zero_lines
 from gap.report.kept_sentence import kept_sentence
-from gap.report.reliability import how_often_right, places
+from gap.report.reliability import LEAD, how_often_right, places
 from gap.report.replay import SMOOTH_S, replays
 from gap.report.shown import fingerprints, first_and_blind, of_channel, region_text, stages, telling_channel
 from gap.report.unseen import Unseen
@@ -86,7 +86,8 @@ def _rests_on(item: dict[str, Any], place: str) -> str:
     """A name's probability, and what either log says of it where the other one is fitted."""
     if "probability" not in item:
         return "Read off the logs, not fitted."
-    sure = f"Probability {probability(item['probability'])}. {how_often_right(item['probability'], place)}".rstrip()
+    within = " if only known effects act" if place == LEAD else ""
+    sure = f"Probability {probability(item['probability'])}{within}. {how_often_right(item['probability'], place)}".rstrip()
     if "votes" not in item:
         return sure
     by = item["votes"]

@@ -130,7 +130,8 @@ def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: boo
 
 
 def _of_names(names: Sequence[Name], to_none: Preference, left: Sequence[str], doubt: Sequence[str]) -> tuple[str, str]:
-    listed = " and ".join(f"{n.suspect.label} (probability {probability(n.probability)})" for n in names)
+    within = " if only known effects act" if left else ""
+    listed = " and ".join(f"{n.suspect.label} (probability {probability(n.probability)}{within})" for n in names)
     side, them = "for" if to_none.gain > 0 else "against", "it" if len(names) == 1 else "them"
     judge = f"The hold-out, which was not fitted, speaks {side} {them}: {to_none.text()} over constants alone"
     if left:

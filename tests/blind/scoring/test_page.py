@@ -11,7 +11,7 @@ from matplotlib.image import imread
 from tests.blind.cases import FIT, HOLDOUT, Case
 from tests.blind.result_file import ALL
 from tests.blind.scoring.asked import demands
-from tests.blind.scoring.page import EARLIER, write_page
+from tests.blind.scoring.page import EARLIER, SECOND, write_page
 from tests.blind.scoring.score import score
 from tests.blind.seal import seal
 from tests.blind.truth.session import Hidden, Setting
@@ -80,3 +80,16 @@ def test_the_page_has_both_searches_and_the_picture(tmp_path: Path) -> None:
     assert "| nothing missing: `no_gap` or `parameter_mismatch` | ≥ 90 % | 0 of 2, 0% (0 to 66) | 1 of 2, 50% (9 to 91) |" in text
     assert "| case-0001 | null | nothing (0×) | named | gravity at rotary |" in text
     assert imread(tmp_path / "pictures" / "blind_reliability.png").std() > 0.01
+
+
+def test_a_second_study_stands_beside_the_first(tmp_path: Path) -> None:
+    study, second = tmp_path / "study", tmp_path / SECOND
+    for folder, lines in ((study, GOOD), (second, [result(c, "unknown") for c in CASES[:2]])):
+        seal(folder, CASES, 7)
+        (folder / ALL).write_text("".join(json.dumps(line) + "\n" for line in lines))
+    (study / "evidence").mkdir()
+    (study / ALL).rename(study / "evidence" / ALL)
+    write_page(study / "evidence", tmp_path)
+    part = (tmp_path / "results" / "blind.md").read_text().split("## The second study")[1]
+    assert "**2 of 7 cases run** (2 null, 0 single, 0 changed)" in part
+    assert "| nothing missing: `no_gap` or `parameter_mismatch` | ≥ 90 % | 1 of 2, 50% (9 to 91) | 0 of 2, 0% (0 to 66) |" in part

@@ -77,5 +77,6 @@ def test_a_large_discrepancy_is_doubt_and_a_very_large_one_unknown(times: float,
     assert doubt == (told if in_doubt else [])
     name = Name(SimpleNamespace(label="gravity at rotary"), 0.999, (), False, None)  # type: ignore[arg-type]
     word, why = _of_names([name], Preference(frozenset(), 12.0, 5.0, 20.0), left, doubt)
+    assert ("if only known effects act" in why) is unknown
     assert word == ("unknown" if unknown else "named")
     assert ("Not confirmed: tip.deflection" in why) is (in_doubt and not unknown)

@@ -1,9 +1,10 @@
 """`python -m tests.blind.scoring.probabilities.reliability STUDY [--picture FILE]`: of names said with a probability, how many were
 right.
 
-Every name of a study counts once, under whatever verdict, by itself: a look-alike that is right makes no name right. Probabilities are put
-into bins; if they are what they say, the number of right ones in a bin is a sum of coins of these probabilities. `may be`: the 95 %
-interval of a binomial of their mean, a little wider than that sum's. Prints Markdown tables.
+Every name of a study counts once, by itself: a look-alike that is right makes no name right. Probabilities are put into bins; if they are
+what they say, the number of right ones in a bin is a sum of coins of these probabilities. `may be`: the 95 % interval of a binomial of
+their mean, a little wider than that sum's. Under `unknown` nothing is named, and a lead's probability is one among known effects where
+something else acts: leads are counted by themselves, in the second table. Prints Markdown tables.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from scipy.stats import binom
 
 from gap.outcome.findings import explanations
-from gap.report.reliability import RIGHT_OF, SUREST, places
+from gap.report.reliability import LEAD, RIGHT_OF, SUREST, places
 from tests.blind.cases import Case
 from tests.blind.result_file import results
 from tests.blind.scoring import tables
@@ -88,10 +89,10 @@ def table_by_place(names: Sequence[SaidName]) -> list[str]:
 
 
 def bins(names: Sequence[SaidName]) -> list[Bin]:
-    """Names by what was said of them, the least sure first; empty bins are left out."""
-    made = []
+    """Names by what was said of them, the least sure first, without leads; empty bins are left out."""
+    made, named = [], [n for n in names if n.place != LEAD]
     for low, high in pairwise(EDGES):
-        own = [n for n in names if low <= n.probability < high or (high == EDGES[-1] and n.probability == high)]
+        own = [n for n in named if low <= n.probability < high or (high == EDGES[-1] and n.probability == high)]
         if own:
             mean = float(np.mean([n.probability for n in own]))
             least, most = binom.interval(0.95, len(own), mean)

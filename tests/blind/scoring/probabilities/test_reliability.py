@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.image import imread
 
-from gap.report.reliability import FURTHER, SUREST, UNKNOWN
+from gap.report.reliability import FURTHER, LEAD, SUREST
 from tests.blind.cases import cases, sizes
 from tests.blind.scoring.probabilities.reliability import SaidName, bins, by_place, diagram, said_names, table, table_by_place
 
@@ -37,6 +37,12 @@ def test_every_name_is_in_one_bin_also_the_certain_one() -> None:
     assert bins([]) == []
 
 
+def test_a_lead_is_no_name() -> None:
+    names = [SaidName(0.99, True), SaidName(0.99, False, LEAD), SaidName(0.6, False, LEAD)]
+    assert [(b.low, b.names, b.right) for b in bins(names)] == [(0.99, 1, 1)]
+    assert by_place(names)[LEAD] == {0.99: (0, 1), 0.5: (0, 1)}
+
+
 def test_a_right_look_alike_makes_no_name_right() -> None:
     case = next(c for c in cases(1, sizes()) if c.group == "single")
     (effect, where), *_ = case.truth
@@ -47,7 +53,7 @@ def test_a_right_look_alike_makes_no_name_right() -> None:
     found = {"verdict": "named", "findings": [by_eye, right], "leads": [wrong]}
     assert said_names({case.name: case}, {case.name: found}) == [SaidName(0.6, True, FURTHER), SaidName(0.9, False, SUREST)]
     under_unknown = said_names({case.name: case}, {case.name: found | {"verdict": "unknown"}})
-    assert [name.place for name in under_unknown] == [UNKNOWN, UNKNOWN]
+    assert [name.place for name in under_unknown] == [LEAD, LEAD]
 
 
 def test_names_are_counted_by_where_they_stand() -> None:
