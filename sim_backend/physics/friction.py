@@ -52,8 +52,8 @@ def friction(
 ) -> tuple[float, float]:
     """Friction force (against the velocity) and the rate of the bristle deflection.
 
-    The bristles relax at σ₀|v|/g; where that is faster than the step can follow (2/h) it is held there, which leaves the steady
-    force as it is.
+    The bristles relax at σ₀|v|/g, faster by 1 / (1 − e) where they are elastic up to a share e of the level; where that is faster than
+    the step can follow (2/h) it is held there, which leaves the steady force as it is.
     """
     if p[j + J.VISCOUS_DIFFERENCE] != 0.0:
         viscous += 0.5 * p[j + J.VISCOUS_DIFFERENCE] * (1.0 if velocity > 0.0 else -1.0)
@@ -66,8 +66,9 @@ def friction(
     elastic = p[j + J.BRISTLE_ELASTIC]
     slip = 1.0 if elastic == 0.0 else slipping(stiffness * (bristle if velocity > 0.0 else -bristle) / level, elastic)
     rate = velocity - slip * relaxation * bristle
-    if relaxation * step_s > 2.0:
-        rate *= 2.0 / (relaxation * step_s)
+    followed = 2.0 * (1.0 - elastic)
+    if relaxation * step_s > followed:
+        rate *= followed / (relaxation * step_s)
     force = stiffness * bristle + p[j + J.BRISTLE_DAMPING] * fade * rate + viscous * velocity
     return force, rate
 

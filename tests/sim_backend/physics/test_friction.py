@@ -104,9 +104,12 @@ def test_breakaway_torque() -> None:
     assert result["rotary.position"][held][-1] == pytest.approx(moved, rel=1e-2)
 
 
-def test_fast_sliding_stays_stable_with_a_coarse_step() -> None:
-    """The bristles' relaxation is faster than a 1 ms step can follow at 5 rad/s: the force must still be the steady one."""
+@pytest.mark.parametrize("elastic", [0.0, 0.8, 0.95])
+def test_fast_sliding_stays_stable_with_a_coarse_step(elastic: float) -> None:
+    """The bristles' relaxation is faster than a 1 ms step can follow at 5 rad/s: the force must still be the steady one. It is faster still
+    where the last of them yield over a fifth or a twentieth of the way."""
     p, j = rotary_vector()
+    p[j + J.BRISTLE_ELASTIC] = elastic
     forces, _ = slide(p, j, np.full(200, 5.0), step_s=1e-3)
     assert forces[-50:] == pytest.approx(np.full(50, 105 + 1000 * 5.0), rel=1e-6)
 
