@@ -57,7 +57,11 @@ def together(seen: Seen, held: Seen) -> Seen:
     return Seen(seen.logs + held.logs, seen.scales, seen.model, seen.counts)
 
 
-def of_rig_file(nominal: Hypothesis, held: Seen) -> float:
-    """ln p(hold-out) of the rig file as it is: nothing of it is unsure."""
-    left = held.left(held.readings(nominal.model))
-    return held.counts * on_other_logs(held.logs, left, held.scales, nominal.at.discrepancy)[1]
+def of_rig_file(nominal: Hypothesis, seen: Seen, held: Seen) -> float:
+    """ln p(hold-out | fitted logs) of the rig file as it is: nothing of it is unsure but what the logs share."""
+    return _as_it_is(nominal, together(seen, held)) - _as_it_is(nominal, seen)
+
+
+def _as_it_is(nominal: Hypothesis, logs: Seen) -> float:
+    left = logs.left(logs.readings(nominal.model))
+    return logs.counts * on_other_logs(logs.logs, left, logs.scales, nominal.at.discrepancy)[1]

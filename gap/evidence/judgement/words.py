@@ -71,7 +71,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     named = [h for h in search.fitted if h.labels in by_set and h.suspects]
     chosen = search.null if found.none >= 0.5 or not named else max(named, key=lambda h: found.of_set[h.labels])
     judged = {
-        "rig file": of_rig_file(search.nominal, judges),
+        "rig file": of_rig_file(search.nominal, search.seen, judges),
         "constants": by_set[search.null.labels].log_z - search.null.log_z,
         "chosen": by_set[chosen.labels].log_z - chosen.log_z,
     }

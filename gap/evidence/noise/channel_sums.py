@@ -56,13 +56,13 @@ class ChannelSums:
         if self._reached[c]:
             self._whole = [other + part.whole for other, part in zip(others, parts, strict=True)]
 
-    def densities(self, c: int, others: Sequence[Array], share: float) -> Callable[[int, Part], Array]:
+    def densities(self, c: int, others: Sequence[Array], at: Rungs) -> Callable[[int, Part], Array]:
         """ln p of every window of a log with what one channel adds, up to what every try of it has alike; beside the likeliest shares of
-        other friction, of the scale η `share`."""
+        other friction, with their scales `at`."""
         if not self._reached[c]:
             return lambda n, part: -0.5 * (part.squares + part.log_det)
         states = [log.states for log in self._logs]
-        rest = np.append(-likeliest_shares(self._whole, states, self._logs[0].forms, share), 1.0)
+        rest = np.append(-likeliest_shares(self._whole, states, self._logs[0].widths(at.share, at.contact)), 1.0)
         return lambda n, part: window_densities(others[n] + part.whole, states[n], rest) - 0.5 * part.log_det
 
     def _over_channels(self, n: int) -> Array:

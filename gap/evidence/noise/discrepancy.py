@@ -16,9 +16,9 @@ from gap.evidence.noise.noise_model import Discrepancy
 LEAST_SHARE, MOST_SHARE = 1e-3, 3.0  # of η: less changes nothing, more is no friction
 
 
-def expected(scales: Array, share: float) -> Discrepancy:
-    """That of an honest model, alike in all windows, of channels with these scales of δ and a share η."""
-    return Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), share)
+def expected(scales: Array, share: float, contact: float = 0.0) -> Discrepancy:
+    """That of an honest model, alike in all windows, of channels with these scales of δ, a share η and one of contacts."""
+    return Discrepancy(scales.copy(), np.full(len(scales), MEMORY_S), share, contact=contact)
 
 
 def log_prior_of_share(share: Array | float) -> Array:
@@ -27,9 +27,9 @@ def log_prior_of_share(share: Array | float) -> Array:
 
 
 def log_prior_of_sizes(discrepancy: Discrepancy, scales: Array) -> float:
-    """ln p(δ) + ln p(ln T) + ln p(η), without constants that every model shares."""
+    """ln p(δ) + ln p(ln T) + ln p(η), and of contacts, without constants that every model shares."""
     away = np.log(discrepancy.time_s / MEMORY_S) / SPREAD
-    share = float(log_prior_of_share(discrepancy.share))
+    share = float(log_prior_of_share(discrepancy.share) + log_prior_of_share(discrepancy.contact))
     return float(-np.sum(np.log1p((discrepancy.sd / scales) ** 2)) + share - 0.5 * np.sum(away**2))
 
 

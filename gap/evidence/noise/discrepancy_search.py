@@ -12,11 +12,12 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import product
 
 import numpy as np
 
 from gap.data.measured import Array
-from gap.evidence.deciding_numbers import MEMORY_S, SPREAD
+from gap.evidence.deciding_numbers import MEMORY_S, OTHER_FORM, SPREAD
 from gap.evidence.noise.channel_sums import ChannelSums, Parts
 from gap.evidence.noise.discrepancy import LEAST_SHARE, MOST_SHARE, log_prior_of_sizes, log_prior_of_times
 from gap.evidence.noise.noise_model import Discrepancy, Weighed, less_shared
@@ -72,7 +73,8 @@ class _Search:
         moves_share: bool = True,
     ) -> None:
         self._logs, self._scales = logs, scales
-        self._moves_share = moves_share and logs[0].forms > 0
+        self._scaled = tuple(name for name, there in (("share", logs[0].forms), ("contact", logs[0].unknowns.contacts)) if there)
+        self._moving_shares = self._scaled if moves_share else ()
         channels = range(len(start.sd))
         self._sizes = _rungs(_SMALLEST, _LARGEST)
         longest_s = max(log.experiment.plan.rows * log.experiment.plan.period_s for log in logs)
@@ -108,7 +110,8 @@ class _Search:
     def _on_ladder(self, start: Discrepancy) -> Rungs:
         sizes = np.clip(rung(np.maximum(start.sd, _SMALLEST)), *self._sizes)
         times = tuple(rung(t) for t in start.times) or tuple(np.zeros((len(log.there), len(sizes)), np.int64) for log in self._logs)
-        return Rungs(sizes, np.clip(rung(start.time_s), *self._memories), times, start.share)
+        contact = (start.contact or OTHER_FORM) if "contact" in self._scaled else 0.0
+        return Rungs(sizes, np.clip(rung(start.time_s), *self._memories), times, start.share, contact)
 
     def _leap(self, c: int) -> None:
         """To a typical T and some size: where δ is nearly nothing, or T as long as a window, small steps change nothing."""
@@ -150,17 +153,16 @@ class _Search:
         return clipped(place, self._sizes, self._memories)
 
     def _improve_share(self, step: int) -> bool:
-        """The same of η."""
-        if not self._moves_share:
-            return False
+        """The same of η, and of contacts."""
         before = self.value
-        for side in (step, -step):
-            while self._try_share(side):
+        for name, side in product(self._moving_shares, (step, -step)):
+            while self._try_share(name, side):
                 side *= 2
         return self.value > before
 
-    def _try_share(self, rungs: int) -> bool:
-        there = replace(self._at, share=float(np.clip(self._at.share * at_rung(rungs), LEAST_SHARE, MOST_SHARE)))
+    def _try_share(self, name: str, rungs: int) -> bool:
+        share = float(np.clip(getattr(self._at, name) * at_rung(rungs), LEAST_SHARE, MOST_SHARE))
+        there = self._at.rescaled(name, share)
         value = self._value(self.sums.total, there)
         if not value > self.value + _GAIN:
             return False
@@ -172,7 +174,7 @@ class _Search:
         now, others = self._at.times, self.sums.others(c)
         options = [tuple(np.clip(t + s, _TIMES[0], _TIMES[-1]) for t in now) for s in _NEAR] if near else _alike(now)
         tries = list(self.each(lambda times: self.sums.of_channel(c, replace(self._at, times=times)), options))
-        densities = self.sums.densities(c, others, self._at.share)
+        densities = self.sums.densities(c, others, self._at)
         found = [t.copy() for t in now]
         for n in range(len(self._logs)):
             offered = np.stack([times[n][:, c] for times in options])
@@ -213,7 +215,7 @@ class _Search:
         return True
 
     def _value(self, total: Weighed, there: Rungs) -> float:
-        found, values = less_shared(total, self._logs[0].forms, there.share), there.values
+        found, values = less_shared(total, self._logs[0].widths(there.share, there.contact)), there.values
         prior = log_prior_of_sizes(values, self._scales) + float(log_prior_of_times(values).sum())
         return -0.5 * (float(found.inner[0, 0]) + found.log_det) + prior
 

@@ -28,12 +28,13 @@ from gap.evidence.noise.whitening import Blocks, Part, Whitening
 class Discrepancy:
     """What a right model leaves, one number a channel: `sd` δ in units of the channel's noise, `time_s` its correlation time T.
     `share` η: standard deviation of the shares of friction that have another form. `times` s: how many times δ a window has, one array a
-    log, windows × channels; none stands for 1 everywhere."""
+    log, windows × channels; none stands for 1 everywhere. `contact`: as η, of contacts that do not creep; 0 where there are none."""
 
     sd: Array
     time_s: Array
     share: float
     times: tuple[Array, ...] = ()
+    contact: float = 0.0
 
     def of_log(self, number: int) -> Array:
         """Standard deviations of a log's windows: windows × channels, or one a channel."""
@@ -51,7 +52,7 @@ class Weighed:
 def weighed(logs: Sequence[Whitening], rows: Sequence[Blocks], discrepancy: Discrepancy) -> Weighed:
     """`rows`: of every log, in units of the noise, 0 where nothing was measured."""
     grams, log_dets = _of_logs(logs, rows, discrepancy)
-    found = reduced(grams, [log.states for log in logs], logs[0].forms, discrepancy.share)
+    found = reduced(grams, [log.states for log in logs], logs[0].widths(discrepancy.share, discrepancy.contact))
     return Weighed(found.inner, found.log_det + sum(float(d.sum()) for d in log_dets))
 
 
@@ -59,7 +60,7 @@ def by_window(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: Dis
     """ln p of the residuals `left` in every window, one log after the other, with the likeliest shares of other friction; without the
     −½ ln 2π of the readings."""
     grams, log_dets = _of_logs(logs, [(own[None],) for own in left], discrepancy)
-    rest = np.append(-likeliest_shares(grams, [log.states for log in logs], logs[0].forms, discrepancy.share), 1.0)
+    rest = np.append(-likeliest_shares(grams, [log.states for log in logs], logs[0].widths(discrepancy.share, discrepancy.contact)), 1.0)
     densities = [window_densities(g, log.states, rest) for g, log in zip(grams, logs, strict=True)]
     return np.concatenate([p - 0.5 * d.sum(axis=1) for p, d in zip(densities, log_dets, strict=True)])
 
@@ -68,7 +69,7 @@ def over_shares(logs: Sequence[Whitening], left: Sequence[Array], discrepancy: D
     """ln p of the residuals `left` for every one of some `shares` η, δ, T and s as they are, up to what all have alike."""
     grams, _ = _of_logs(logs, [(own[None],) for own in left], discrepancy)
     total = _less_states_of_logs(grams, [log.states for log in logs])
-    found = [less_shared(total, logs[0].forms, float(share)) for share in shares]
+    found = [less_shared(total, logs[0].widths(float(share), discrepancy.contact)) for share in shares]
     return np.array([-0.5 * (float(f.inner[0, 0]) + f.log_det) for f in found])
 
 
@@ -78,10 +79,10 @@ def _of_logs(logs: Sequence[Whitening], rows: Sequence[Blocks], discrepancy: Dis
     return [grams for grams, _ in found], [log_det for _, log_det in found]
 
 
-def likeliest_shares(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Array:
-    """The shares of other friction that the residuals, the last rows, would have most probably; of the scale η `share`."""
-    inner = reduced(grams, states, 0, share).inner
-    precision = inner[:forms, :forms] + np.eye(forms) / share**2
+def likeliest_shares(grams: Sequence[Array], states: Sequence[int], widths: Array) -> Array:
+    """The shares of other friction that the residuals, the last rows, would have most probably; `widths`: their standard deviations."""
+    forms, inner = len(widths), _less_states_of_logs(grams, states).inner
+    precision = inner[:forms, :forms] + np.diag(1.0 / widths**2)
     return np.asarray(np.linalg.solve(precision, inner[:forms, forms]))
 
 
@@ -94,9 +95,10 @@ def window_densities(grams: Array, states: int, rest: Array) -> Array:
     return np.asarray(-0.5 * squares - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1))
 
 
-def reduced(grams: Sequence[Array], states: Sequence[int], forms: int, share: float) -> Weighed:
-    """Of rows that begin with `states` of a window's own and then `forms` shared ones: the others without what these take of them."""
-    return less_shared(_less_states_of_logs(grams, states), forms, share)
+def reduced(grams: Sequence[Array], states: Sequence[int], widths: Array) -> Weighed:
+    """Of rows that begin with `states` of a window's own and then shared ones, as many as `widths`: the others without what these take of
+    them."""
+    return less_shared(_less_states_of_logs(grams, states), widths)
 
 
 def _less_states_of_logs(grams: Sequence[Array], states: Sequence[int]) -> Weighed:
@@ -116,12 +118,13 @@ def less_states_with(grams: Array, part: Part | None, states: int) -> Weighed:
     return Weighed(upper + np.triu(upper, 1).T, log_det)
 
 
-def less_shared(total: Weighed, forms: int, share: float) -> Weighed:
-    """Without what the shared rows, the first `forms`, take of the others."""
+def less_shared(total: Weighed, widths: Array) -> Weighed:
+    """Without what the shared rows, the first ones, take of the others; `widths`: standard deviations of their shares."""
+    forms = len(widths)
     if not forms:
         return total
-    root = np.linalg.cholesky(share**2 * total.inner[:forms, :forms] + np.eye(forms))
-    taken = np.linalg.solve(root, share * total.inner[:forms, forms:])
+    root = np.linalg.cholesky(np.outer(widths, widths) * total.inner[:forms, :forms] + np.eye(forms))
+    taken = np.linalg.solve(root, widths[:, None] * total.inner[:forms, forms:])
     log_det = total.log_det + 2.0 * float(np.log(np.diag(root)).sum())
     return Weighed(total.inner[forms:, forms:] - taken.T @ taken, log_det)
 

@@ -7,7 +7,8 @@ model's bristle; the shares are unknown, normal about 0 with one scale for all, 
 - On oil a joint's motion is nearly given, whatever rubs: y = y₀ + Σ_k c_k (y(bristle of form k) − y₀).
 - On a drive that gives a force, friction decides when the joint moves, and such sums do not hold. There the elements are driven by the
   measured motion, and what they take from the friction acts as a force, small enough that the readings follow it as a straight line. So
-  does friction that has another level while the joint is slow.
+  does friction that has another level while the joint is slow. What the noise hides, the last way before it slides, is the model's own
+  motion with a contact that springs back instead of creeping: as likely where friction yields at once, so it has a scale of its own.
 """
 
 from __future__ import annotations
@@ -52,21 +53,34 @@ _PART = 0.02  # of the friction, for the finite difference
 def repeated_changes(experiment: Experiment, p: Vector, readings: Array) -> list[Array]:
     """Changes of the readings with the parameters `p`, each of a share of 1; windows × samples × channels."""
     changes = [moved - readings for moved in simulate(experiment, other_forms(p))]
-    for slot in range(SLOTS):
-        at = J_START + slot * J_STRIDE
-        driven = p[at + J.KIND] == Kind.FORCE and breaking_away(p, at) > 0.0
-        if driven and np.isfinite(experiment.plan.targets[:, Target.POSITION + slot]).any():
+    for slot in _rubbing(p, Kind.FORCE):
+        if np.isfinite(experiment.plan.targets[:, Target.POSITION + slot]).any():
             changes += [(simulate(other, [p])[0] - readings) / _PART for other in _driven(experiment, p, slot)]
     return changes
+
+
+def elastic_changes(experiment: Experiment, p: Vector, readings: Array) -> list[Array]:
+    """The same of contacts that do not creep, joint by joint that a force drives, which break away at the same level after the same way."""
+    return [moved - readings for moved in simulate(experiment, [_elastic(p, slot) for slot in _rubbing(p, Kind.FORCE)])]
+
+
+def _rubbing(p: Vector, kind: Kind) -> list[int]:
+    """Joints of one kind with dry friction."""
+    starts = [J_START + slot * J_STRIDE for slot in range(SLOTS)]
+    return [slot for slot, at in enumerate(starts) if p[at + J.KIND] == kind and breaking_away(p, at) > 0.0]
+
+
+def _elastic(p: Vector, slot: int) -> Vector:
+    other = p.copy()
+    other[J_START + slot * J_STRIDE + J.BRISTLE_ELASTIC] = ELASTIC
+    return other
 
 
 def other_forms(p: Vector) -> list[Vector]:
     """Parameters with each hydraulic joint's friction in each of the other forms; none for a joint without dry friction."""
     found = []
-    for slot in range(SLOTS):
+    for slot in _rubbing(p, Kind.HYDRAULIC):
         at = J_START + slot * J_STRIDE
-        if p[at + J.KIND] != Kind.HYDRAULIC or breaking_away(p, at) <= 0.0:
-            continue
         for number, times, elastic in FORMS:
             other = p.copy()
             other[at + number] *= times

@@ -15,18 +15,23 @@ Rung = tuple[int, int]  # δ and T of one channel
 
 @dataclass(frozen=True, slots=True)
 class Rungs:
-    """δ and T of every channel, s of the windows of every log, windows × channels; η as it is."""
+    """δ and T of every channel, s of the windows of every log, windows × channels; shares of other friction as they are."""
 
     sizes: Numbers
     memories: Numbers
     times: tuple[Numbers, ...]
     share: float
+    contact: float = 0.0
 
     def moved(self, c: int, size: int, memory: int) -> Rungs:
         """With another δ and T of one channel."""
         sizes, memories = self.sizes.copy(), self.memories.copy()
         sizes[c], memories[c] = size, memory
         return replace(self, sizes=sizes, memories=memories)
+
+    def rescaled(self, name: str, share: float) -> Rungs:
+        """With another scale of the shares, `share` or `contact`."""
+        return replace(self, share=share) if name == "share" else replace(self, contact=share)
 
     def beside(self, c: int, size: int, memory: int) -> Rung:
         """δ and T of a channel, so many rungs away."""
@@ -38,7 +43,8 @@ class Rungs:
 
     @property
     def values(self) -> Discrepancy:
-        return Discrepancy(at_rung(self.sizes), at_rung(self.memories), self.share, tuple(at_rung(t) for t in self.times))
+        times = tuple(at_rung(t) for t in self.times)
+        return Discrepancy(at_rung(self.sizes), at_rung(self.memories), self.share, times, self.contact)
 
 
 def clipped(place: Rung, sizes: Rung, memories: Rung) -> Rung:

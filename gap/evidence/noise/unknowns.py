@@ -15,7 +15,7 @@ import numpy as np
 
 from gap.data.measured import Array
 from gap.data.windows import Experiment
-from gap.evidence.noise.repeated import repeated_changes
+from gap.evidence.noise.repeated import elastic_changes, repeated_changes
 from gap.fitting.initial_states import StartState, bristle_start, forms_of_friction, marginalised_readings, start_states
 from sim_backend.memory.layout import D_STRIDE, J_START, J_STRIDE, S_START, S_STRIDE, SLOTS, C, D, J, Kind, S, TrueSignal, Vector, X
 
@@ -23,10 +23,12 @@ from sim_backend.memory.layout import D_STRIDE, J_START, J_STRIDE, S_START, S_ST
 @dataclass(frozen=True, slots=True)
 class Unknowns:
     """Of one log, how readings change with what is integrated out, in units of the noise and of the priors, 0 where nothing was measured:
-    `states` of every window by itself, `forms` alike in all windows and logs; numbers × windows × samples × channels."""
+    `states` of every window by itself, `forms` alike in all windows and logs; numbers × windows × samples × channels. The last `contacts`
+    of the forms are contacts that do not creep, which η does not scale."""
 
     states: Array
     forms: Array
+    contacts: int = 0
 
 
 def unknowns_of(experiments: Sequence[Experiment], p: Vector) -> tuple[Unknowns, ...]:
@@ -44,9 +46,10 @@ def _of_log(experiment: Experiment, p: Vector) -> Unknowns:
     readings, projection = marginalised_readings(experiment, p, drawn_at_start(p))
     a = projection.sensitivity * start_widths(p, experiment)  # windows × values × states
     states = np.ascontiguousarray(a.transpose(2, 0, 1)).reshape(a.shape[2], *experiment.measured.shape)
-    changes = repeated_changes(experiment, p, readings)
+    contacts = elastic_changes(experiment, p, readings)
+    changes = [*repeated_changes(experiment, p, readings), *contacts]
     forms = in_noise(experiment, np.stack(changes)) if changes else np.empty((0, *readings.shape))
-    return Unknowns(states, forms)
+    return Unknowns(states, forms, len(contacts))
 
 
 def start_widths(p: Vector, experiment: Experiment) -> Array:

@@ -94,6 +94,12 @@ class Whitening:
         """Those that all windows share: the rows that follow."""
         return len(self.unknowns.forms)
 
+    def widths(self, share: float, contact: float) -> Array:
+        """Standard deviations of the shares of these: `share` η, and of contacts that do not creep."""
+        widths = np.full(self.forms, share)
+        widths[self.forms - self.unknowns.contacts :] = contact
+        return widths
+
     @cached_property
     def there(self) -> NDArray[np.bool_]:
         """What was measured, windows × samples × channels."""

@@ -146,7 +146,8 @@ def window_densities(seen: Seen, left: Sequence[Array], discrepancy: Discrepancy
 
 def honest(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
     """The same beside the discrepancy that is expected of an honest model, alike in all windows."""
-    discrepancy = expected(seen.scales, hypothesis.at.discrepancy.share)
+    was = hypothesis.at.discrepancy
+    discrepancy = expected(seen.scales, was.share, was.contact)
     return hypothesis_at(seen, hypothesis.suspects, replace(hypothesis.at, discrepancy=discrepancy))
 
 

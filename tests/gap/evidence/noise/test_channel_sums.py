@@ -46,7 +46,7 @@ def test_every_way_to_a_discrepancy_gives_the_inner_products_that_all_rows_toget
         others, parts = sums.others(c), sums.of_channel(c, there)
         total = sums.with_channel(c, others, parts)
         whole = weighed(logs, [[own[None]] for own in left], there.values)
-        found = less_shared(total, 2, there.share)
+        found = less_shared(total, np.full(2, there.share))
         np.testing.assert_allclose(found.inner, whole.inner, rtol=1e-9)
         assert found.log_det == pytest.approx(whole.log_det, rel=1e-9)
         if step % 3:
@@ -65,7 +65,7 @@ def test_what_windows_say_of_tries_differs_by_what_the_whole_density_differs_by(
     for c in range(2):
         there = now.moved(c, int(other.sizes[c]), int(other.memories[c]))
         sums = ChannelSums(logs, left, now)
-        densities = sums.densities(c, sums.others(c), now.share)
+        densities = sums.densities(c, sums.others(c), now)
 
         def of(at: Rungs, c: int = c, sums: ChannelSums = sums, densities=densities) -> float:  # type: ignore[no-untyped-def]
             return sum(float(densities(n, part).sum()) for n, part in enumerate(sums.of_channel(c, at)))

@@ -90,10 +90,12 @@ def dense_of_window(e: Any, unknowns: Unknowns, w: int, sd: NDArray[np.float64],
     return np.asarray((full + a.T @ a)[np.ix_(keep, keep)])
 
 
-def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix() -> None:
+@pytest.mark.parametrize(("contacts", "scales"), [(0, (0.7, 0.7)), (1, (0.7, 0.2))])
+def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix(contacts: int, scales: tuple[float, float]) -> None:
     draw = np.random.default_rng(5)
     logs, unknowns = zip(*(log(draw) for _ in range(2)), strict=True)
-    discrepancy = Discrepancy(on_ladder(0.8, 3.0), on_ladder(0.03, 0.006), 0.7)
+    unknowns = tuple(replace(own, contacts=contacts) for own in unknowns)
+    discrepancy = Discrepancy(on_ladder(0.8, 3.0), on_ladder(0.03, 0.006), 0.7, contact=0.2)
     rows = [np.where(np.isfinite(e.measured), draw.normal(size=(4, *e.measured.shape)), 0.0) for e in logs]
     made = weighed([Whitening(*own) for own in zip(logs, unknowns, strict=True)], [[own] for own in rows], discrepancy)
     blocks, flat, forms = [], [], []
@@ -104,7 +106,7 @@ def test_two_logs_with_unknowns_of_their_own_and_shared_against_one_dense_matrix
             flat.append(own[:, w].reshape(4, 40)[:, keep])
             forms.append(known.forms[:, w].reshape(2, 40)[:, keep])
     x, b = np.concatenate(flat, axis=1), np.concatenate(forms, axis=1)
-    covariance = block_diag(*blocks) + 0.7**2 * b.T @ b
+    covariance = block_diag(*blocks) + b.T @ np.diag(np.square(scales)) @ b
     np.testing.assert_allclose(made.inner, x @ np.linalg.solve(covariance, x.T), rtol=1e-9, atol=1e-9)
     assert made.log_det == pytest.approx(np.linalg.slogdet(covariance)[1])
 
@@ -119,6 +121,18 @@ def test_a_drawn_share_of_friction_of_another_form_is_found_again() -> None:
     found = fitted_discrepancy([alone(left, unknowns)], [left], np.array([25.0]), start)
     assert found.sd[0] < 0.3
     assert 0.4 < found.share < 1.2  # the prior draws it towards 0
+
+
+def test_a_contact_that_does_not_creep_is_found_beside_forms_that_nothing_draws() -> None:
+    """A share of 0.5 of the last column, none of the eight others, which would show a thousandth."""
+    draw = np.random.default_rng(9)
+    forms = draw.normal(size=(9, 30, 20, 1)) * np.array([30.0] * 8 + [1.0])[:, None, None, None]
+    left = draw.normal(size=(30, 20, 1)) + 0.5 * forms[8]
+    unknowns = Unknowns(np.zeros((0, 30, 20, 1)), forms, 1)
+    start = Discrepancy(np.array([1.0]), np.array([0.03]), 0.3)
+    found = fitted_discrepancy([alone(left, unknowns)], [left], np.array([25.0]), start)
+    assert found.share < 0.01
+    assert 0.2 < found.contact < 0.8
 
 
 def test_windows_with_a_discrepancy_of_their_own_size_against_dense_matrices() -> None:
