@@ -80,6 +80,14 @@ class EvidenceSearch:
         """The set of none."""
         return self.fit_of(frozenset())
 
+    @property
+    def weights(self) -> dict[frozenset[str], Weight]:
+        """Of all sets met, by the logs that are fitted. Those that only wait have what they promise, which is as far below the best set in
+        every window: nothing is known of single ones."""
+        found, best = {h.labels: self.weight(h) for h in self.fitted}, self.best
+        promised = {w.labels: w for w in sorted(self.waiting, key=self.log_hope) if w.labels not in found}
+        return found | {labels: replace(found[best.labels], log_mass=self.log_hope(w)) for labels, w in promised.items()}
+
     def weight(self, hypothesis: Hypothesis) -> Weight:
         """Of a fitted set, by the logs that are fitted."""
         return Weight(self.log_mass(hypothesis), hypothesis.windows)

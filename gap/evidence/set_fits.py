@@ -8,7 +8,7 @@ import numpy as np
 
 from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.lines import joined
-from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_of, with_columns
+from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of, with_columns
 from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Point, Suspect, beyond
@@ -89,6 +89,11 @@ def _without(search: EvidenceSearch, suspects: tuple[Suspect, ...], start: Hypot
 def to_floor(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
     """One set taken to its floor, also where more is left than honest models leave: on its way it sells that to a wrong name."""
     return _with(search, finished(search.seen, hypothesis.suspects, hypothesis.at))
+
+
+def from_magnitudes(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
+    """The same from the best of several magnitudes: a set that brings friction brings contacts of which only the magnitude is known."""
+    return _with(search, finished(search.seen, hypothesis.suspects, by_magnitude(search.seen, hypothesis.at)))
 
 
 def taken_on(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:

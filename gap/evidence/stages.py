@@ -14,12 +14,13 @@ from dataclasses import replace
 import numpy as np
 
 from gap.evidence.ahead import fitted
-from gap.evidence.deciding_numbers import NEGLIGIBLE
+from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
 from gap.evidence.promises import at_own_constants, beside_start, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of
+from gap.evidence.score.bootstrap import bootstrapped
 from gap.evidence.score.hypothesis import Hypothesis, Seen, about_fit, beyond, doubtful, reweighed
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
-from gap.evidence.set_fits import evidence_of, less, part_of, taken_on, to_floor
+from gap.evidence.set_fits import evidence_of, from_magnitudes, less, part_of, refined, taken_on, to_floor
 from gap.evidence.side_by_side import side_by_side
 
 Progress = Callable[[str], None]
@@ -135,11 +136,14 @@ def _followed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
 
 def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """Every set that holds a share of the posterior fitted with sensitivities of its own, and what it has beyond any of its suspects from
-    there as well."""
+    there as well; and what waits between a name and its confirmation."""
     while True:
         shares = search.shares
         least = max(shares) * np.exp(NEGLIGIBLE)
         unsure = [(share, h) for share, h in zip(shares, search.fitted, strict=True) if not h.ended and share > least]
+        if not unsure and (between := _between(search)):
+            search = _without_promise(search, between, progress)
+            continue
         if not unsure:
             return search
         best = max(unsure, key=lambda one: one[0])[1]
@@ -150,6 +154,28 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
             search = less(search, done, part_of(search, done, suspect))
 
 
+def _between(search: EvidenceSearch) -> Open | None:
+    """A set that only waits, where what such sets promise is all that keeps one of the best set's names from being confirmed."""
+    weights, fitted = search.weights, {h.labels for h in search.fitted}
+    shares = dict(zip(weights, bootstrapped(list(weights.values())), strict=True))
+    for label in search.best.labels:
+        lacking = {labels: share for labels, share in shares.items() if label not in labels}
+        promised = [labels for labels in lacking if labels not in fitted]
+        known = sum(share for labels, share in lacking.items() if labels in fitted)
+        if known <= 1.0 - CONFIRMED < sum(lacking.values()):
+            most = max(promised, key=lambda labels: lacking[labels])
+            return max((w for w in search.waiting if w.labels == most), key=search.log_hope)
+    return None
+
+
+def _without_promise(search: EvidenceSearch, waiting: Open, progress: Progress) -> EvidenceSearch:
+    """The set fitted, and what it promised forgotten."""
+    done = refined(search, waiting)
+    progress(f"  {_words(done)}: {done.log_z - search.fit_of(waiting.base.labels).log_z:+.1f} (promised {waiting.gain:+.1f})")
+    rest = tuple(w for w in search.waiting if w.labels != waiting.labels)
+    return replace(search, waiting=rest, fitted=at_best(search.fitted, done))
+
+
 def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     """The new best set fitted to its end, lest constants on their way sell what is left of it to whatever is added next. Where `before`
     left more than honest models do, constants were torn away: then all sets are weighed anew beside what is integrated out about the
@@ -157,7 +183,7 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     that bends gives every window a start to vibrate from, also to a set whose link is rigid), all stay as they were."""
     best = search.best
     if not np.any(beyond(search.seen, before)):
-        return to_floor(search, best)
+        return from_magnitudes(search, best)
     seen, rivals = about_fit(search.seen, best), {r.labels for r in _rivals(search, best, search.fit_of(before.labels))}
     nominal, *others = side_by_side(
         seen, lambda h: _followed(seen, h) if h.labels in rivals else reweighed(seen, h), (search.nominal, *search.fitted)
@@ -165,8 +191,8 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     anew = replace(search, seen=seen, nominal=nominal, fitted=tuple(others))
     there = anew.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(anew, there).at))
-    anew = to_floor(anew, max(there, afresh, key=evidence_of))
-    return anew if anew.best.labels == best.labels else to_floor(search, best)
+    anew = from_magnitudes(anew, max(there, afresh, key=evidence_of))
+    return anew if anew.best.labels == best.labels else from_magnitudes(search, best)
 
 
 STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)

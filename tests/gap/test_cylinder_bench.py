@@ -159,7 +159,6 @@ def test_with_columns_that_differ_from_file_to_file(bench: Path, by_short_steps:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="short steps hardly show viscous friction; see the roadmap")
 def test_short_steps_name_the_viscous_friction_that_the_sines_show(by_short_steps: tuple[dict[str, Any], list[str]]) -> None:
     friction_is_right(by_short_steps[0])
 

@@ -13,6 +13,7 @@ from config.loading.load import load_rig
 from gap.find import find
 from tests.support.gap import axis_logs
 from tests.support.gap.findings_schema import problems
+from tests.support.gap.maxwell_axis import maxwell_axis
 from tests.support.gap.written_constants import differing
 
 
@@ -47,6 +48,18 @@ def test_deleted_coulomb_friction_is_found_and_the_gap_closes(tmp_path: Path) ->
     assert page.count("data:image/png;base64,") == 4
     text = re.sub(r"base64,[^\"']*", "", page)  # a picture's letters spell anything
     assert "http" not in text.replace("http-equiv", "")
+
+
+@pytest.mark.slow
+def test_a_friction_that_the_file_lacks_brings_a_contact_of_the_right_stiffness(tmp_path: Path) -> None:
+    """A file without friction has no contact whose magnitude could be tried. Blind, the stated one leaves hundreds of noise floors."""
+    model = tmp_path / "axis.yaml"
+    model.write_text(axis_logs.axis_text("coulomb_friction"))
+    columns = [maxwell_axis(980_500 + k, 10.0, break_away_m=(1e-6,)) for k in (0, 1)]
+    logs = [axis_logs.write(tmp_path / f"{k}.csv", own) for k, own in enumerate(columns)]
+    content = find(model, logs[:1], logs[1:], tmp_path / "out", lambda line: None).content
+    assert [f["effect"] for f in content["findings"]] == ["coulomb_friction"]
+    assert content["gap"]["holdout_after"] <= 5.0
 
 
 def test_no_gap_is_said_and_the_rig_file_stays(tmp_path: Path) -> None:

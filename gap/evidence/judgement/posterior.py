@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from gap.evidence.deciding_numbers import ALIKE_MASS
 from gap.evidence.score.bootstrap import Weight, bootstrapped
@@ -43,11 +43,11 @@ class Shares:
 
 
 def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] | None = None, nested: Sequence[Hypothesis] = ()) -> Shares:
-    """Over all sets met, those that only wait with what they promise, which is as far below the best set in every window: nothing is known
-    of single ones. `judged`: sets fitted to all logs, the best set among them; the others are taken to gain with the hold-out what that
-    one does. `nested`: sets as larger ones that are judged see them (gap.evidence.judgement.nested), which count where that is more."""
+    """Over all sets met, those that only wait with what they promise. `judged`: sets fitted to all logs, the best set among them; the
+    others are taken to gain with the hold-out what that one does. `nested`: sets as larger ones that are judged see them
+    (gap.evidence.judgement.nested), which count where that is more."""
     best = search.best
-    every = _weights(search, best)
+    every = search.weights
     if judged:
         every = {labels: _gaining(weight, best, judged[best.labels]) for labels, weight in every.items()}
         every |= {labels: search.weight(h) for labels, h in judged.items()}
@@ -55,16 +55,6 @@ def shares(search: EvidenceSearch, judged: Mapping[frozenset[str], Hypothesis] |
         weight, known = search.weight(hypothesis), every.get(hypothesis.labels)
         every[hypothesis.labels] = max(filter(None, (known, weight)), key=lambda w: w.log_mass)
     return Shares(dict(zip(every, bootstrapped(list(every.values())), strict=True)))
-
-
-def _weights(search: EvidenceSearch, best: Hypothesis) -> dict[frozenset[str], Weight]:
-    """By the logs that are fitted. `best`: of the search."""
-    found = {h.labels: search.weight(h) for h in search.fitted}
-    promised: dict[frozenset[str], Weight] = {}
-    for waiting in sorted(search.waiting, key=search.log_hope):
-        if waiting.labels not in found:
-            promised[waiting.labels] = replace(found[best.labels], log_mass=search.log_hope(waiting))
-    return found | promised
 
 
 def _gaining(weight: Weight, before: Hypothesis, after: Hypothesis) -> Weight:

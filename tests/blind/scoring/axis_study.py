@@ -49,6 +49,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.blind.scoring.axis_study", description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--group", help="only cases of this group, such as null")
     parser.add_argument("--seed", type=int, default=940_000, help="of the first case (default %(default)s)")
     arguments = parser.parse_args()
     every = list(cases(arguments.rounds, arguments.seed))
@@ -57,7 +58,7 @@ def main() -> int:
     study: Path = arguments.folder
     (study / ENDED).mkdir(parents=True, exist_ok=True)
     for case in every:
-        if case.name not in results(study):
+        if case.name not in results(study) and arguments.group in (None, case.group):
             result = searched(case)
             of_case(study, case.name).write_text(json.dumps(result) + "\n")
             print(f"{case.name}: {told(case)}: {answered(result)}", flush=True)

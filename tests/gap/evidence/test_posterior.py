@@ -9,23 +9,25 @@ import numpy as np
 import pytest
 
 from gap.evidence.judgement.posterior import shares
-from gap.evidence.score.bootstrap import Weight
+from gap.evidence.search_state import EvidenceSearch
+from gap.evidence.stages import _between
 
 NONE, NAMED, OTHER = frozenset[str](), frozenset({"stiction at x"}), frozenset({"backlash at x"})
+SETS = {"none": NONE, "named": NAMED, "other": OTHER}
 WINDOWS = 40
 
 
 def fitted(labels: frozenset[str], log_z: float, windows: int = WINDOWS) -> Any:
     """What it has beside a ln Z of 0 comes from all windows alike, so that no bootstrap moves it."""
-    return SimpleNamespace(labels=labels, log_z=log_z, windows=np.full(windows, log_z / windows))
+    return SimpleNamespace(labels=labels, suspects=tuple(labels), log_z=log_z, windows=np.full(windows, log_z / windows))
 
 
-def a_search(**log_z: float) -> Any:
-    """Sets by the fit logs, with equal odds."""
-    by_name = {"none": NONE, "named": NAMED, "other": OTHER}
-    sets = [fitted(by_name[name], value, WINDOWS // 2) for name, value in log_z.items()]
-    best = max(sets, key=lambda one: one.log_z)
-    return SimpleNamespace(fitted=sets, waiting=[], best=best, weight=lambda h: Weight(h.log_z, h.windows), log_hope=None)
+def a_search(waiting: dict[frozenset[str], float] | None = None, **log_z: float) -> EvidenceSearch:
+    """Sets by the fit logs, with equal odds; `waiting`: what others promise to gain over none."""
+    unseen: Any = None
+    sets = tuple(fitted(SETS[name], value, WINDOWS // 2) for name, value in log_z.items())
+    promised: Any = [SimpleNamespace(base=fitted(NONE, 0.0), labels=labels, gain=gain) for labels, gain in (waiting or {}).items()]
+    return EvidenceSearch(unseen, frozenset(), unseen, unseen, sets, tuple(promised), 0.0)
 
 
 def odds(difference: float) -> float:
@@ -47,3 +49,19 @@ def test_a_set_that_the_hold_out_was_not_asked_about_gains_with_it_what_the_best
         assert far.of_set[labels] == pytest.approx(once.of_set[labels], abs=1e-9)
     assert once.of_set[OTHER] / once.of_set[NAMED] == pytest.approx(np.exp(-1.0), abs=0.03)
     assert sum(once.of_set.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("promised", "none", "asked"),
+    [
+        (5.0, -20.0, True),  # 0.03 of what the best set has: it would be sure without
+        (3.0, -20.0, False),  # it is sure also beside that
+        (5.0, 5.0, False),  # what is fitted keeps it from being sure anyway
+    ],
+)
+def test_what_a_promise_would_decide_is_asked_for(promised: float, none: float, asked: bool) -> None:
+    search = a_search({OTHER: promised - none, NAMED | OTHER: promised - none}, none=none, named=8.5)
+    between = _between(search)
+    assert (between is not None) is asked
+    if between is not None:
+        assert between.labels == OTHER  # the larger set has the name too

