@@ -97,7 +97,7 @@ def test_asymmetric_friction_is_confirmed(found: dict[str, Path], offset: str) -
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=False, raises=AssertionError, reason="without the offset 21.39 N, 4.9 % off; with it 21.75; see the roadmap")
+@pytest.mark.xfail(strict=False, raises=AssertionError, reason="without the offset 21.61 N, 6.0 % off; with it 21.75; see the roadmap")
 @pytest.mark.parametrize("offset", [WITHOUT_OFFSET, WITH_OFFSET])
 def test_all_logs_have_the_friction_within_five_per_cent_of_the_authors(found: dict[str, Path], offset: str) -> None:
     assert parameter(found[offset], "coulomb_friction", "friction")["value"] == pytest.approx(COULOMB_N, rel=0.05)
