@@ -106,9 +106,11 @@ def measured(search: Search) -> Took:
         found = find(search.model, [search.fitted], [search.held], search.out, said.append, settings)
         ended, spent = time.time(), time.process_time() - processor
     screened = next((line for line in said if line.startswith("screening")), "no candidate")
-    names = ", ".join(f"{item['effect']} at {item['where']}" for item in found.content["findings"]) or "nothing"
+    findings, gap = found.content["findings"], found.content["gap"]
+    names = ", ".join(f"{f['effect']} at {f['where']}{'' if f['confirmed'] else ' (tentative)'}" for f in findings) or "nothing"
+    costs = f"hold-out {gap['holdout_before']:.3g} → {gap['holdout_after']:.3g} noise floors"
     counts = carried.calls, carried.windows, restarted.calls, restarted.windows
-    return Took(began, ended, spent, *counts, screened, f"{found.verdict.word}, {names}")
+    return Took(began, ended, spent, *counts, screened, f"{found.verdict.word}, {names}; {costs}")
 
 
 def measured_on_dask(search: Search, workers: int, verdicts: int) -> list[Took]:
