@@ -93,7 +93,7 @@ def to_floor(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
 
 def from_magnitudes(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:
     """The same from the best of several magnitudes: a set that brings friction brings contacts of which only the magnitude is known."""
-    return _with(search, finished(search.seen, hypothesis.suspects, by_magnitude(search.seen, hypothesis.at)))
+    return to_floor(search, replace(hypothesis, at=by_magnitude(search.seen, hypothesis.at)))
 
 
 def taken_on(search: EvidenceSearch, hypothesis: Hypothesis) -> EvidenceSearch:

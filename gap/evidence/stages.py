@@ -68,6 +68,11 @@ def _screening(search: EvidenceSearch, base: Hypothesis) -> str:
     return f"screening {len(search.suspects_beside(base))} suspects beside {_words(base)}"
 
 
+def _beside_promise(search: EvidenceSearch, waiting: Open, done: Hypothesis) -> str:
+    gained = done.log_z - search.fit_of(waiting.base.labels).log_z
+    return f"  {_words(done)}: {gained:+.1f} (promised {waiting.gain:+.1f})"
+
+
 def _words(hypothesis: Hypothesis) -> str:
     return ", ".join(sorted(hypothesis.labels)) or "constants alone"
 
@@ -141,11 +146,12 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
         shares = search.shares
         least = max(shares) * np.exp(NEGLIGIBLE)
         unsure = [(share, h) for share, h in zip(shares, search.fitted, strict=True) if not h.ended and share > least]
-        if not unsure and (between := _between(search)):
+        if not unsure:
+            between = _between(search)
+            if between is None:
+                return search
             search = _without_promise(search, between, progress)
             continue
-        if not unsure:
-            return search
         best = max(unsure, key=lambda one: one[0])[1]
         progress(f"to its end: {_words(best)}")
         search = to_floor(search, best)
@@ -171,7 +177,7 @@ def _between(search: EvidenceSearch) -> Open | None:
 def _without_promise(search: EvidenceSearch, waiting: Open, progress: Progress) -> EvidenceSearch:
     """The set fitted, and what it promised forgotten."""
     done = refined(search, waiting)
-    progress(f"  {_words(done)}: {done.log_z - search.fit_of(waiting.base.labels).log_z:+.1f} (promised {waiting.gain:+.1f})")
+    progress(_beside_promise(search, waiting, done))
     rest = tuple(w for w in search.waiting if w.labels != waiting.labels)
     return replace(search, waiting=rest, fitted=at_best(search.fitted, done))
 
@@ -212,8 +218,7 @@ def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, alway
         rest = tuple(w for w in search.waiting if w is not first)
         after = _most_hoped_for(rest, search) if rest and (in_vain or first.labels in hopeless) else None
         done, ahead = fitted(search, first, after, ahead)
-        beside = search.fit_of(first.base.labels)
-        progress(f"  {_words(done)}: {done.log_z - beside.log_z:+.1f} (promised {first.gain:+.1f})")
+        progress(_beside_promise(search, first, done))
         reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
         search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))
         if search.best.labels == done.labels:

@@ -112,15 +112,18 @@ def _probabilities(study: Scored, picture: Path) -> str:
 
 def _second(first: Scored, second: Scored, drawn: Path) -> str:
     """What one version gets right and wrong on cases of their own, beside the first study."""
-    rows = [(question, limit, seen, other) for (question, limit, seen), (_, _, other) in zip(_asked(first), _asked(second), strict=True)]
     head = f"""## The second study: one version
 
 [Declared](../../tests/blind/second/README.md) before a case was run; asymmetric friction in it is one that seals can have.
 
 {second.run_words}
 """
-    asked = table(("question", "asked", "first study", "second study"), rows)
+    asked = table(("question", "asked", "first study", "second study"), _side_by_side(_asked(first), _asked(second)))
     return "\n".join([_wrapped(head), asked, _probabilities(second, drawn), _failures(second)])
+
+
+def _side_by_side(one: Sequence[Demand], other: Sequence[Demand]) -> list[tuple[str, str, str, str]]:
+    return [(question, limit, seen, beside) for (question, limit, seen), (_, _, beside) in zip(one, other, strict=True)]
 
 
 def _beside(study: Path, earlier: Path, cases: Sequence[Case]) -> str:
@@ -128,7 +131,6 @@ def _beside(study: Path, earlier: Path, cases: Sequence[Case]) -> str:
     found = [results(part) for part in (earlier, study)]
     common = [case for case in cases if all(case.name in own for own in found)]
     asked = [demands([score(case, own[case.name]) for case in common], own) for own in found]
-    both = [(text, limit, seen, other) for (text, limit, seen), (_, _, other) in zip(*asked, strict=True)]
     gates, evidence = (", ".join(sorted({str(own[case.name]["commit"]) for case in common})) for own in found)
     said = f"""## Beside the search before
 
@@ -136,7 +138,9 @@ A search by gates of the hold-out ({gates}) and one by evidence ({evidence}) ran
 would decide between the two was [declared before](../../tests/blind/study/README.md) either was scored; the
 search by gates is gone since. A: gates, B: evidence.
 """
-    return "\n".join([said, *paired.table(paired.pairs(earlier, study)), "", table(("", "asked", "gates", "evidence"), both)])
+    return "\n".join(
+        [said, *paired.table(paired.pairs(earlier, study)), "", table(("", "asked", "gates", "evidence"), _side_by_side(*asked))]
+    )
 
 
 def _resolved(study: Scored) -> Share:
