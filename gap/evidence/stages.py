@@ -30,7 +30,7 @@ _ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated ou
 _MOST_EFFECTS = 3  # in one set: more than three at once have a probability of 2 % beforehand
 _FIRST_ONES = 2  # suspects beside a best set that leaves too much, with which a second one is looked for at once
 _PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
-_ALWAYS = 4  # sets that are fitted however little they promise beside the best: straight lines do not lead along a delay or a dead band
+_ALWAYS = 4  # sets that are fitted however little they promise while the best leaves too much: no lines lead along a delay or a dead band
 
 
 def refitted(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
@@ -206,14 +206,14 @@ STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)
 
 def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, always: int) -> EvidenceSearch:
     """The waiting sets fitted, best promise first, until none that is left could hold a share of the posterior; `always` of those at least
-    that seem to hold none, once one set is better than the base."""
+    that seem to hold none, once one set is better than the base, unless that one leaves what honest models leave."""
     hopeless: set[frozenset[str]] = set()
     in_vain, ahead = 0, None
     while search.waiting and in_vain < _PATIENCE:
         first, before = _most_hoped_for(search.waiting, search), search.best.labels
         if not _hopeful(search, first):
             hopeless |= {first.labels}
-            if len(hopeless) > always or (not base.suspects and before == base.labels):
+            if len(hopeless) > always or (not base.suspects and before == base.labels) or not doubtful(search.seen, search.best):
                 break
         rest = tuple(w for w in search.waiting if w is not first)
         after = _most_hoped_for(rest, search) if rest and (in_vain or first.labels in hopeless) else None

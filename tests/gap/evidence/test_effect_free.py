@@ -15,7 +15,7 @@ from gap.data.measured import load
 from gap.data.windows import Experiment
 from gap.evidence.judgement.posterior import shares
 from gap.evidence.noise.repeated import SLOW, WAYS
-from gap.evidence.noise.unknowns import unknowns_of
+from gap.evidence.noise.unknowns import UNTOLD, unknowns_of
 from gap.evidence.opening import opening
 from gap.evidence.score.changed import changeable
 from gap.evidence.screening import Screen, signatures_of
@@ -115,5 +115,6 @@ def test_a_start_is_as_uncertain_as_its_readings(tmp_path: Path) -> None:
     search, _ = opened(tmp_path, loaded, [axis_logs.simulated(loaded.rig, 31 + k, 4.0) for k in (0, 1)])
     small = loaded.text.replace("  effects:\n", "  effects:\n    - {effect: sensor_scale, where: sensor:axis.position, factor: 0.8}\n", 1)
     vectors = [quiet(Parameters(rig)) for rig in (loaded.rig, rig_from_text(small))]
-    true, scaled = (unknowns_of(search.seen.experiments, p)[0].states for p in vectors)
-    np.testing.assert_allclose(scaled[:, :, 0], true[:, :, 0], rtol=1e-3, atol=1e-3)  # the first sample is the start itself
+    starts = [unknowns_of(search.seen.experiments, p)[0].states[:, :, 0] for p in vectors]  # the first sample is the start itself
+    true, scaled = (np.einsum("nwc,nwd->wcd", start, start) for start in starts)
+    np.testing.assert_allclose(scaled, true, rtol=1e-3, atol=UNTOLD**2)
