@@ -12,6 +12,7 @@ from gap.evidence.promises import _along_lines, _ranked, in_its_place, widened
 from gap.evidence.score.hypothesis import Hypothesis, Seen, hypothesis_at
 from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch
+from gap.evidence.stages import _decided
 from gap.suspects.candidates import candidates
 from tests.support.gap import axis_logs
 from tests.support.gap.constants_fitted import constants_fitted
@@ -60,3 +61,14 @@ def test_what_waits_beside_a_fit_is_not_promised_there_again(search: EvidenceSea
     """The best set less one may stand where its rest is fitted: the same sets would be promised, and fitted, twice."""
     wide = widened(search, search.null)
     assert in_its_place(wide, search.null, search.null).waiting == wide.waiting
+
+
+@pytest.mark.parametrize("times", [1.0, 1e-3])
+def test_sets_that_can_hold_no_share_are_fitted_only_where_the_best_one_leaves_too_much(search: EvidenceSearch, times: float) -> None:
+    """Beside a set that is ahead of all promises. `times`: part of what honest models leave; a thousandth is too little for any model."""
+    strict = replace(search, seen=replace(search.seen, scales=times * search.seen.scales))
+    wide, said = widened(strict, strict.null), list[str]()
+    waiting = max(wide.waiting, key=lambda w: w.gain)
+    best = replace(strict.null, suspects=(waiting.promise.suspect,), log_z=strict.null.log_z + 1e4)
+    _decided(replace(wide, fitted=(strict.null, best)), strict.null, said.append, 2)
+    assert bool(said) == (times < 1.0)
