@@ -56,8 +56,11 @@ def _of_log(experiment: Experiment, p: Vector) -> Unknowns:
 
 def told(a: Array) -> Array:
     """windows × values × numbers → the same with fewer: in every window those mixtures of the numbers that its readings tell. AAᵀ is as it
-    was, up to what the noise hides."""
-    energy, mixtures = np.linalg.eigh(np.einsum("wnk,wnl->wkl", a, a))
+    was, up to what the noise hides. Where a simulation has run away all stay as they are."""
+    inner = np.einsum("wnk,wnl->wkl", a, a)
+    if not np.isfinite(inner).all():
+        return a
+    energy, mixtures = np.linalg.eigh(inner)
     most = int((energy > UNTOLD**2).sum(axis=1).max(initial=0))
     return np.asarray(a @ mixtures[:, :, energy.shape[1] - most :])
 

@@ -21,3 +21,9 @@ def test_mixtures_leave_the_covariance_as_it_is_within_what_the_noise_hides(seed
     assert not found[:, 7].any()
     for before, after in zip(a, found, strict=True):
         assert np.linalg.norm(before @ before.T - after @ after.T, 2) <= UNTOLD**2 + 1e-10 * np.linalg.norm(before, 2) ** 2
+
+
+def test_a_simulation_that_has_run_away_leaves_all_as_they_are() -> None:
+    a = np.ones((2, 5, 3))
+    a[1, 2, 0] = np.finfo(np.float64).max
+    assert told(a) is a
