@@ -27,6 +27,7 @@ from daemon.processes.runtime_lock import RuntimeLock
 from daemon.processes.sd_notify import notify
 from daemon.server.request_handlers import RequestHandlers
 from daemon.server.socket_server import serving
+from daemon.server.until_ctrl_c import until_ctrl_c
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -34,7 +35,7 @@ def main(argv: list[str] | None = None) -> int:
     before anything was started."""
     arguments = _parser().parse_args(argv)
     try:
-        return asyncio.run(_run(arguments))
+        return until_ctrl_c(_run(arguments))
     except (LongreachError, OSError) as error:
         refusal = error if isinstance(error, LongreachError) else refused_by_system(error)
         print(f"longreachd: {refusal}\nnext: {_next_command(refusal, arguments.rig)}", file=sys.stderr, flush=True)

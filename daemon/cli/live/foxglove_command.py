@@ -20,12 +20,11 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _live(arguments: argparse.Namespace) -> int:
-    import asyncio
-
     from daemon.live.foxglove.server import serve_foxglove
+    from daemon.server.until_ctrl_c import until_ctrl_c
 
     def say(text: str) -> None:
         print(text, flush=True)
 
-    asyncio.run(serve_foxglove(str(daemon_socket(arguments)), arguments.port, arguments.layout, say))
+    until_ctrl_c(serve_foxglove(str(daemon_socket(arguments)), arguments.port, arguments.layout, say))
     return 0

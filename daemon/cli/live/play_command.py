@@ -27,6 +27,7 @@ def _play(arguments: argparse.Namespace) -> int:
 
     from daemon.live.playback.log_player import LogPlayer
     from daemon.live.playback.played import played, serve_played
+    from daemon.server.until_ctrl_c import until_ctrl_c
     from recording.files.reader import read_log
 
     player = LogPlayer(read_log(arguments.log), arguments.speed, arguments.from_s)
@@ -39,7 +40,7 @@ def _play(arguments: argparse.Namespace) -> int:
                 print(f"{arguments.log} at {arguments.speed:g} × real time: {views}", flush=True)
 
             with suppress(KeyboardInterrupt):
-                asyncio.run(serve_played(player, socket, asyncio.Event(), ready))
+                until_ctrl_c(serve_played(player, socket, asyncio.Event(), ready))
             return 0
         with played(player, socket):
             return _show(arguments, str(socket))

@@ -12,9 +12,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _top(arguments: argparse.Namespace) -> int:
-    import asyncio
-
     from config.errors import EXIT_REFUSED
     from daemon.live.terminal.screen import show_top
+    from daemon.server.until_ctrl_c import until_ctrl_c
 
-    return 0 if asyncio.run(show_top(str(daemon_socket(arguments)))) else EXIT_REFUSED
+    return 0 if until_ctrl_c(show_top(str(daemon_socket(arguments)))) else EXIT_REFUSED

@@ -10,6 +10,7 @@ import uvicorn
 from config.errors import DaemonError
 from daemon.live.page.application import Page
 from daemon.live.page.guard import Guard
+from daemon.server.until_ctrl_c import until_ctrl_c
 
 LOOPBACK = "127.0.0.1"
 LONGEST_MESSAGE_BYTES = 64 << 10  # of a browser
@@ -35,7 +36,7 @@ def serve_page(socket: str, token: str, port: int, control: bool, ready: Callabl
         timeout_graceful_shutdown=SHUT_DOWN_S,
     )
     ready(f"http://{LOOPBACK}:{port}/#token={token}")
-    uvicorn.Server(config).run(sockets=[listening])
+    until_ctrl_c(uvicorn.Server(config).serve(sockets=[listening]))
 
 
 def _listen(port: int) -> sockets.socket:
