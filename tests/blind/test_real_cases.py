@@ -29,6 +29,7 @@ def judged(tmp_path: Path, hidden: tuple[Hidden, ...]) -> Score:
 
 
 @pytest.mark.slow
+@pytest.mark.long  # as tests/gap/test_find_arm.py, on the hidden machine
 @pytest.mark.timeout(900)
 def test_a_link_that_bends_is_named(tmp_path: Path) -> None:
     seen = judged(tmp_path, (Hidden("link_flexibility", "link", 3556.75),))

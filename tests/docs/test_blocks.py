@@ -1,7 +1,7 @@
 """Blocks marked `console` run as shown, in one temporary directory a page, and say what the page says: numbers may differ, `…` is anything.
 
-Words behind `console`: `slow` takes long; `daemon` talks to a daemon, which the test starts (the wall clock, so slow as well); `root`
-makes a network namespace `hil` with twin and daemon of its own, so it runs as root only.
+Words behind `console`: `slow` takes long, `slow long` takes minutes and is left out of CI; `daemon` talks to a daemon, which the test
+starts (the wall clock, so slow as well); `root` makes a network namespace `hil` with twin and daemon of its own, so it runs as root only.
 """
 
 from __future__ import annotations
@@ -51,7 +51,11 @@ CONSOLES = {page: [block for block in blocks(page) if block.words[:1] == ("conso
 NEEDS_DAEMON = [page for page, shown in CONSOLES.items() if any("daemon" in block.words for block in shown)]
 IN_SECONDS = [page for page, shown in CONSOLES.items() if any(len(block.words) == 1 for block in shown)]
 NEEDS_ROOT = [page for page, shown in CONSOLES.items() if any("root" in block.words for block in shown)]
-WITH_SLOW = [page for page, shown in CONSOLES.items() if any("slow" in block.words for block in shown)]
+WITH_SLOW = [
+    pytest.param(page, marks=pytest.mark.long) if any("long" in block.words for block in shown) else page
+    for page, shown in CONSOLES.items()
+    if any("slow" in block.words for block in shown)
+]
 
 
 def runs(page: Path, directory: Path, words: set[str], **environment: str) -> None:
@@ -102,7 +106,7 @@ def test_blocks_that_take_seconds(page: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("page", WITH_SLOW, ids=name)
 def test_blocks_that_take_longer(page: Path, tmp_path: Path) -> None:
     try:
-        runs(page, tmp_path, {"slow"})
+        runs(page, tmp_path, {"slow", "long"})
     finally:
         for left in tmp_path.glob("*.pid"):  # what a page puts into the background it names so
             with contextlib.suppress(ProcessLookupError):

@@ -127,7 +127,13 @@ def test_the_files_have_the_flaws_that_they_are_named_for(tables: dict[str, Colu
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "fit", [["steps"], ["free_steps"], SHORT, ["gaps-1", "gaps-2"]], ids=["rests at the stop", "no rests", "short steps", "gap"]
+    "fit",
+    [
+        pytest.param(["steps"], id="rests at the stop", marks=pytest.mark.long),
+        pytest.param(["free_steps"], id="no rests", marks=pytest.mark.long),
+        pytest.param(SHORT, id="short steps"),
+        pytest.param(["gaps-1", "gaps-2"], id="gap"),
+    ],
 )
 def test_its_friction_is_named_within_five_per_cent(bench: Path, tmp_path: Path, fit: list[str]) -> None:
     """The hold-out lacks a chamber pressure that the fit logs have."""

@@ -146,7 +146,7 @@ def test_what_slow_triangles_leave_open_is_run_on_the_daemon_and_searched_again(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [0, 1])
+@pytest.mark.parametrize("case", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_only_another_sensor_tells_a_late_command_from_a_late_encoder(tmp_path: Path, case: int) -> None:
     """4 and 8 ms late. With the position alone measured either is the same and about as probable, and no maneuver helps."""
     row = run_case(FORCE_AXIS, FORCE_AXIS.cases[case], 100 + 10 * case, tmp_path)
