@@ -26,7 +26,7 @@ from gap.evidence.score.laplace import added
 from gap.evidence.score.prior import prior_of
 from gap.evidence.secants import Secant
 from gap.fitting.model import Model
-from gap.fitting.simulate import simulate
+from gap.fitting.simulate import on_logs
 from gap.suspects.candidates import Candidate
 from gap.suspects.points import placed, points
 
@@ -74,7 +74,7 @@ def signatures_of(seen: Seen, base: Hypothesis, suspects: Sequence[Candidate]) -
     """A few simulations for every suspect, about the model of `base`: every parameter alone, and one of several at every start."""
     tried = [(suspect, model) for suspect in suspects for model in points(suspect, base.model)]
     vectors = [model.vector() for _, model in tried]
-    moved = [simulate(e, vectors) for e in seen.experiments]
+    moved = on_logs(seen.experiments, vectors)
     changes = [
         tuple(in_noise(e, m[k] - r) for e, m, r in zip(seen.experiments, moved, base.at.readings, strict=True)) for k in range(len(tried))
     ]

@@ -15,7 +15,7 @@ from gap.evidence.score.changed import Changed
 from gap.evidence.score.coordinates import phi_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen
 from gap.fitting.model import Model
-from gap.fitting.simulate import simulate
+from gap.fitting.simulate import on_logs
 
 CLOSE = 1.3  # ratio of two sizes up to which a straight line to the one is as good for the other
 
@@ -36,7 +36,7 @@ def secants_to(seen: Seen, base: Hypothesis, values: Mapping[str, float], suspec
     tried = [(s, value) for s, value in tried if not _close(value, s.value_in(base.model))]
     wide = [(s.with_wide_prior(base.model), s, value) for s, value in tried]
     there = [s.with_value(model, value) for model, s, value in wide]
-    moved = [simulate(e, [model.vector() for model in there]) for e in seen.experiments]
+    moved = on_logs(seen.experiments, [model.vector() for model in there])
     found = []
     for k, (model, suspect, value) in enumerate(wide):
         number = suspect.number_in(model)

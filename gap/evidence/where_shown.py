@@ -24,7 +24,7 @@ from gap.evidence.score.laplace import added
 from gap.evidence.screening import LinearSignature, Screen
 from gap.evidence.secants import CLOSE
 from gap.fitting.model import Model
-from gap.fitting.simulate import simulate
+from gap.fitting.simulate import on_logs
 from gap.suspects.candidates import Candidate
 from gap.suspects.points import placed
 
@@ -87,7 +87,7 @@ def changed_by(screen: Screen, model: Model, suspect: Changed, needed: float) ->
 def _taken_at(seen: Seen, base: Hypothesis, lines: Sequence[LinearSignature], sizes: Sequence[float]) -> list[LinearSignature]:
     """Each with the column of its first parameter taken this far from its start, or at the end of its range."""
     models = [_at_size(base.model, line, size) for line, size in zip(lines, sizes, strict=True)]
-    moved = [simulate(e, [model.vector() for model in models]) for e in seen.experiments]
+    moved = on_logs(seen.experiments, [model.vector() for model in models])
     found = []
     for k, (line, model) in enumerate(zip(lines, models, strict=True)):
         changes = [in_noise(e, m[k] - r) for e, m, r in zip(seen.experiments, moved, base.at.readings, strict=True)]

@@ -17,7 +17,7 @@ from gap.fitting.bounded_step import bounded
 from gap.fitting.evaluation import Costing, Evaluation, evaluate, judged, limits, mean_cost, rho
 from gap.fitting.model import Model
 from gap.fitting.sensitivity import projected, sensitivities, shares_of_missed
-from gap.fitting.simulate import simulate
+from gap.fitting.simulate import on_logs
 
 _LEAST_DAMPING = 1e-12  # of a number's own precision: two numbers without priors that do the same stand equally
 _DAMPINGS = (0.0, 0.1, 3.0)
@@ -166,7 +166,7 @@ def _best_step(
     for damping in _DAMPINGS:
         step = _bounded(model, normal + np.diag((damping + _LEAST_DAMPING) * size), gradient)
         trial = model.with_theta(model.theta + step)
-        readings = [simulate(e.experiment, [trial.vector()])[0] for e in now]
+        readings = [own[0] for own in on_logs([e.experiment for e in now], [trial.vector()])]
         after = [judged(e.experiment, y, e.projection, costs) for e, y in zip(now, readings, strict=True)]
         reached = _objective(trial, after, costs, temper)
         if np.isfinite(reached) and reached < objective:

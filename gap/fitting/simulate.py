@@ -59,13 +59,19 @@ def remembering(experiment: Experiment, p: Vector) -> Experiment:
 
 def simulate(experiment: Experiment, vectors: Sequence[Vector]) -> list[Array]:
     """Readings of every parameter vector, windows × samples × channels each."""
-    jobs = [(k, part) for k, p in enumerate(vectors) for part in _parts(experiment, p, len(vectors))]
-    with ThreadPoolExecutor(experiment.workers) as pool:
-        done = list(pool.map(lambda job: _readings(experiment, vectors[job[0]], job[1]), jobs))
-    groups: list[list[Array]] = [[] for _ in vectors]
-    for (k, _), readings in zip(jobs, done, strict=True):
-        groups[k].append(readings)
-    return [np.concatenate(group) for group in groups]
+    return on_logs([experiment], vectors)[0]
+
+
+def on_logs(experiments: Sequence[Experiment], vectors: Sequence[Vector]) -> list[list[Array]]:
+    """The same on several logs, one list a log; a single vector keeps as many threads busy as there are logs."""
+    runs = [(n, k) for n in range(len(experiments)) for k in range(len(vectors))]
+    jobs = [(n, k, part) for n, k in runs for part in _parts(experiments[n], vectors[k], len(runs))]
+    with ThreadPoolExecutor(max((e.workers for e in experiments), default=1)) as pool:
+        done = list(pool.map(lambda job: _readings(experiments[job[0]], vectors[job[1]], job[2]), jobs))
+    groups: list[list[list[Array]]] = [[[] for _ in vectors] for _ in experiments]
+    for (n, k, _), readings in zip(jobs, done, strict=True):
+        groups[n][k].append(readings)
+    return [[np.concatenate(parts) for parts in log] for log in groups]
 
 
 def kept(experiment: Experiment, p: Vector) -> tuple[Array, Array]:
@@ -81,10 +87,11 @@ def residual(experiment: Experiment, readings: Array) -> Array:
     return np.where(np.isfinite(experiment.measured), np.clip(e, -_HUGE, _HUGE), 0.0).reshape(experiment.windows, -1)
 
 
-def _parts(experiment: Experiment, p: Vector, vectors: int) -> list[slice]:
-    """The windows cut into as many parts as there are idle threads; only windows with a kept state can begin a part."""
+def _parts(experiment: Experiment, p: Vector, runs: int) -> list[slice]:
+    """The windows cut into as many parts as there are idle threads, where fewer runs than threads are made at a time; only windows with a
+    kept state can begin a part."""
     everything = slice(0, experiment.windows)
-    if vectors >= experiment.workers or experiment.plan.entries is None or experiment.memory is None:
+    if runs >= experiment.workers or experiment.plan.entries is None or experiment.memory is None:
         return [everything]
     if not _remembers_alike(warmed(experiment, p), experiment.memory.p):
         return [everything]

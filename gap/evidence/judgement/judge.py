@@ -18,6 +18,7 @@ from gap.evidence.refinement import FEW_PASSES, descended, finished, hypothesis_
 from gap.evidence.score.coordinates import of_other_priors
 from gap.evidence.score.hypothesis import Hypothesis, Seen, rediscovered
 from gap.evidence.sensitivity import carried_over
+from gap.evidence.side_by_side import side_by_side
 
 
 def on_all_logs(seen: Seen, hypothesis: Hypothesis, held: Seen) -> Hypothesis:
@@ -59,7 +60,8 @@ def together(seen: Seen, held: Seen) -> Seen:
 
 def of_rig_file(nominal: Hypothesis, seen: Seen, held: Seen) -> float:
     """ln p(hold-out | fitted logs) of the rig file as it is: nothing of it is unsure but what the logs share."""
-    return _as_it_is(nominal, together(seen, held)) - _as_it_is(nominal, seen)
+    whole, fitted = side_by_side(seen, lambda logs: _as_it_is(nominal, logs), (together(seen, held), seen))
+    return whole - fitted
 
 
 def _as_it_is(nominal: Hypothesis, logs: Seen) -> float:

@@ -97,12 +97,21 @@ def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypoth
         best = max(parts, key=lambda h: h.log_z, default=done)
         by_set[done.labels] = led_by(search.seen, done, best, judges) if done.log_z < best.log_z + NEGLIGIBLE else done
     top = max(by_set.values(), key=search.log_mass)
-    for part in [h for h in by_set.values() if h.labels < top.labels and len(h.labels) == len(top.labels) - 1]:
+    for part in _led_further(search, top, by_set, judges):
         by_set[part.labels] = led_by(search.seen, part, top, judges)
     found = shares(search, by_set)
     likely = [h for labels, h in by_set.items() if found.of_set[labels] >= 1.0 - CONFIRMED]
     ended = side_by_side(search.seen, lambda h: ended_on_all_logs(search.seen, h, judges), likely)
     return by_set | {h.labels: h for h in ended}
+
+
+def _led_further(search: EvidenceSearch, top: Hypothesis, by_set: Mapping[frozenset[str], Hypothesis], judges: Seen) -> list[Hypothesis]:
+    """The likeliest set less one suspect, unless it can hold no share of the posterior where it stands, nor where that set's own lines
+    lead without the suspect. (They do not lead as far as a fit does: of EMPS' null bias they say too much.)"""
+    less = [h for h in by_set.values() if h.labels < top.labels and len(h.labels) == len(top.labels) - 1]
+    lines = {h.labels: h for h in nested(together(search.seen, judges), top, search.nominal.model)}
+    least = search.log_mass(top) + NEGLIGIBLE
+    return [part for part in less if max(search.log_mass(h) for h in (part, lines.get(part.labels, top))) > least]
 
 
 def _nested(search: EvidenceSearch, everywhere: Seen, by_set: Mapping[frozenset[str], Hypothesis]) -> list[Hypothesis]:

@@ -15,7 +15,7 @@ from gap.data.measured import Array
 from gap.data.windows import Experiment
 from gap.fitting.model import Free, Model
 from gap.fitting.sensitivity import MOVE, PRIOR_MOVE
-from gap.fitting.simulate import simulate
+from gap.fitting.simulate import on_logs, simulate
 from sim_backend.memory.layout import Vector
 
 _PAIRS = 4  # of readings at a time, for every thread
@@ -72,7 +72,7 @@ def one_way(model: Model, experiments: Sequence[Experiment], numbers: Sequence[i
     if not vectors:
         return [np.empty((0, *r.shape)) for r in base]
     steps = np.array(moves)[:, None, None, None]
-    return [(np.stack(simulate(e, vectors)) - r) / steps for e, r in zip(experiments, base, strict=True)]
+    return [(np.stack(moved) - r) / steps for moved, r in zip(on_logs(experiments, vectors), base, strict=True)]
 
 
 def along(model: Model, experiments: Sequence[Experiment], moves: Array) -> Iterator[Array]:

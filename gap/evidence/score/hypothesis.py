@@ -23,7 +23,7 @@ from gap.evidence.score.coordinates import phi_of
 from gap.evidence.score.laplace import log_evidence
 from gap.evidence.score.prior import prior_of
 from gap.fitting.model import Model
-from gap.fitting.simulate import remembering, residual, simulate
+from gap.fitting.simulate import on_logs, remembering, residual
 from gap.suspects.candidates import Candidate
 
 Suspect = Candidate | Changed
@@ -52,8 +52,7 @@ class Seen:
 
     def readings(self, model: Model) -> tuple[Array, ...]:
         """Of every log with a model, windows × samples × channels."""
-        vector = model.vector()
-        return tuple(simulate(e, [vector])[0] for e in self.experiments)
+        return tuple(own[0] for own in on_logs(self.experiments, [model.vector()]))
 
     def left(self, readings: Sequence[Array]) -> list[Array]:
         """(measured − simulated) / noise of every log, windows × samples × channels; 0 where nothing was measured."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from gap.evidence.judgement import words
 from gap.evidence.judgement.posterior import shares
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import _between
@@ -65,3 +67,23 @@ def test_what_a_promise_would_decide_is_asked_for(promised: float, none: float, 
     assert (between is not None) is asked
     if between is not None:
         assert between.labels == OTHER  # the larger set has the name too
+
+
+@pytest.mark.parametrize(
+    ("stands", "lines", "led"),
+    [
+        (-1.0, -60.0, True),  # a share where it stands: it may gain more than lines say
+        (-60.0, -1.0, True),  # a share where the lines lead
+        (-60.0, None, True),  # no line leads there: of a link that bends to a rigid one
+        (-60.0, -900.0, False),
+    ],
+)
+def test_a_smaller_set_is_led_on_unless_it_can_hold_no_share_either_way(
+    monkeypatch: pytest.MonkeyPatch, stands: float, lines: float | None, led: bool
+) -> None:
+    nothing: Any = SimpleNamespace(model=None)
+    monkeypatch.setattr(words, "together", lambda *_: None)
+    monkeypatch.setattr(words, "nested", lambda *_: [] if lines is None else [fitted(NONE, lines)])
+    search, top = replace(a_search(), nominal=nothing), fitted(NAMED, 0.0)
+    by_set = {NONE: fitted(NONE, stands), NAMED: top, OTHER: fitted(OTHER, 0.0)}
+    assert [h.labels for h in words._led_further(search, top, by_set, nothing)] == ([NONE] if led else [])

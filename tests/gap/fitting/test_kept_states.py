@@ -10,7 +10,7 @@ import pytest
 from config.loading.load import load_rig
 from gap.data.windows import Experiment
 from gap.fitting.model import Model
-from gap.fitting.simulate import kept, remembering, simulate, some, warmed
+from gap.fitting.simulate import kept, on_logs, remembering, simulate, some, warmed
 from sim_backend.kernel.batch import carry
 from sim_backend.memory.layout import J_START, J_STRIDE, H, J, Vector
 from tests.support.gap import testbed_logs
@@ -57,3 +57,13 @@ def test_a_batch_on_two_threads_has_every_bit_of_single_calls(whole: Experiment)
         single, _ = carry(whole.start, warmed(whole, p), whole.plan)
         assert np.array_equal(single[:, :, whole.columns], alone)
         assert np.array_equal(alone, beside)
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_logs_beside_each_other_have_every_bit_of_each_by_itself(whole: Experiment, number: int) -> None:
+    """Also where idle threads would have cut one of them into parts."""
+    vectors = [vector(), vector(HYSTERESIS=0.01), vector(DELAY=3.3e-3)][:number]
+    logs = [whole, remembering(some(whole, CHOSEN), vector())]
+    for log, beside in zip(logs, on_logs(logs, vectors), strict=True):
+        for p, readings in zip(vectors, beside, strict=True):
+            assert np.array_equal(simulate(log, [p])[0], readings)

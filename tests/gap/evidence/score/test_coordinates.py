@@ -74,12 +74,12 @@ def test_sensitivities_are_taken_within_the_range(monkeypatch: pytest.MonkeyPatc
     """Of a contact that may be a tenth to forty times as stiff, wherever it stands: readings that are the values, by secants."""
     one, tried = model(stiffness, 95.0, 0.0), list[np.ndarray]()
 
-    def values(experiment: object, vectors: list[np.ndarray]) -> list[np.ndarray]:
+    def values(experiments: list[object], vectors: list[np.ndarray]) -> list[list[np.ndarray]]:
         tried.extend(vectors)
-        return [v[:, None, None] for v in vectors]
+        return [[v[:, None, None] for v in vectors] for _ in experiments]
 
     monkeypatch.setattr(Model, "vector", lambda self, theta: theta)
-    monkeypatch.setattr("gap.evidence.score.coordinates.simulate", values)
+    monkeypatch.setattr("gap.evidence.score.coordinates.on_logs", values)
     (found,) = one_way(one, [None], range(3), [one.theta[:, None, None]], np.full(3, reach))  # type: ignore[list-item]
     low, high = np.array([[f.low, f.high] for f in one.free]).T
     for k, moved in enumerate(tried):
