@@ -31,9 +31,10 @@ def refined(search: EvidenceSearch, chosen: Open) -> Hypothesis:
         return hypothesis_of(search.seen, (*chosen.base.suspects, chosen.promise.suspect), descended(search.seen, point))
 
     done = fitted(start)
+    short = done.log_z < chosen.level + HALF * chosen.gain
     if done.log_z < base.log_z and chosen.promise.suspect.free:  # lines led astray: from where the base ends, step by step
         done = max(done, fitted(_beside(search, base, chosen.promise)), key=evidence_of)
-    enough, short = search.log_mass(search.best), done.log_z < chosen.level + HALF * chosen.gain
+    enough = search.log_mass(search.best)
     if np.any(beyond(search.seen, base)) and (short or search.log_mass(done) > enough):
         done = max(done, fitted(renewed(search.seen, start)), key=evidence_of)
     hope = search.log_mass_with(chosen, done.log_z - chosen.level)
