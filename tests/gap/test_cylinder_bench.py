@@ -131,7 +131,7 @@ def test_the_files_have_the_flaws_that_they_are_named_for(tables: dict[str, Colu
     [
         pytest.param(["steps"], id="rests at the stop", marks=pytest.mark.long),
         pytest.param(["free_steps"], id="no rests", marks=pytest.mark.long),
-        pytest.param(SHORT, id="short steps"),
+        pytest.param(SHORT, id="short steps", marks=pytest.mark.long),
         pytest.param(["gaps-1", "gaps-2"], id="gap"),
     ],
 )
@@ -182,6 +182,7 @@ def test_a_transducer_that_is_noise_about_zero_keeps_no_log_from_the_search(benc
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_with_a_return_line_whose_pressure_is_denied(bench: Path, tmp_path: Path) -> None:
     """It is at 2 bar; rig file and transducer say 0. Sets of effects are judged as a whole: friction and the return line's 2 bar."""
     content, _ = searched(bench, tmp_path, ["free_steps_noisy"], "sine_noisy", "noisy.yaml")

@@ -139,6 +139,7 @@ def test_unusable_logs_are_a_row_and_no_crash(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(600)
 def test_dask_and_processes_find_the_same(tmp_path: Path, cluster: str) -> None:
     model = tmp_path / "model.yaml"

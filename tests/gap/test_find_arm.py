@@ -34,7 +34,7 @@ def named(content: dict[str, Any]) -> set[tuple[str, str]]:
 @pytest.mark.parametrize(
     ("effect", "where"),
     [
-        ("link_flexibility", "link"),
+        pytest.param("link_flexibility", "link", marks=pytest.mark.long),  # by measurements too: measured/test_cu_arm.py
         ("coulomb_friction", "rotary"),
         pytest.param("valve_lag", "rotary", marks=pytest.mark.long),
         pytest.param("hose_compliance", "rotary", marks=pytest.mark.long),  # softer oil, far beyond its prior, would do as much
@@ -73,6 +73,7 @@ def test_the_whole_rig_has_no_gap(tmp_path: Path, logs: dict[str, Path]) -> None
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(900)
 def test_jittered_constants_name_nothing(tmp_path: Path, logs: dict[str, Path]) -> None:
     text = load_rig("ornl_testbed").text

@@ -14,7 +14,7 @@ from gap.outcome.found import Found
 from gap.settings import Settings
 from tests.support.gap import emps_logs
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.timeout(900)]
 
 
 @pytest.fixture(scope="module")
