@@ -1,8 +1,8 @@
 """docs/results/blind.md from the results: everything on it is counted from files of the study, nothing is written by hand.
 
 The numbers are those of all cases, and of every version of the search on its own. Beside them stand, where there are results of them:
-the second study, of one version, in `second` beside the study's folder; and the search by gates and the version that was compared with it,
-on the cases that both have, in `gates` beside the study's results.
+the second study, of later versions, in `second` beside the study's folder; and the search by gates and the version that was compared with
+it, on the cases that both have, in `gates` beside the study's results.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _numbers(study: Scored) -> str:
     parts = [
         "## What came out\n\nIn brackets: Wilson's 95 % interval in percent.\n",
         table(("question", "asked", "seen"), _asked(study)),
-        _version_by_version(study),
+        _version_by_version(study, "study"),
         "![Share named over the size](../pictures/blind_power.png)\n",
         "![Hidden effect against first name](../pictures/blind_confusion.png)\n",
         "### By effect\n\nNamed (first or in its set) of cases run, at 1, 3 and 10 smallest visible sizes; where half are named;\n"
@@ -86,17 +86,17 @@ def _asked(study: Scored) -> list[Demand]:
     return [*demands(study.scores, study.found), ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", resolved)]
 
 
-def _version_by_version(study: Scored) -> str:
-    """The same of every version, where there are several."""
+def _version_by_version(study: Scored, folder: str) -> str:
+    """The same of every version, where there are several. `folder`: of the study, where its versions are declared."""
     versions = study.by_version
     if len(versions) < 2:
         return ""
     columns = [_asked(own) for own in versions.values()]
     rows = [[question, *(column[n][2].split(",")[0] for column in columns)] for n, (question, _, _) in enumerate(columns[0])]
-    text = """### Version by version
+    text = f"""### Version by version
 
 The search was changed on the way. Each version ran cases that nobody had seen, in their order; what was
-[declared](../../tests/blind/study/README.md) says why it was changed.
+[declared](../../tests/blind/{folder}/README.md) says why it was changed.
 """
     return "\n".join([text, table(("question", *versions), [["cases", *(str(len(own.found)) for own in versions.values())], *rows])])
 
@@ -111,15 +111,16 @@ def _probabilities(study: Scored, picture: Path) -> str:
 
 
 def _second(first: Scored, second: Scored, drawn: Path) -> str:
-    """What one version gets right and wrong on cases of their own, beside the first study."""
-    head = f"""## The second study: one version
+    """What later versions get right and wrong on cases of their own, beside the first study."""
+    head = f"""## The second study
 
-[Declared](../../tests/blind/second/README.md) before a case was run; asymmetric friction in it is one that seals can have.
+Each version is [declared](../../tests/blind/second/README.md) before its cases are run; asymmetric friction is one that seals can have.
 
 {second.run_words}
 """
     asked = table(("question", "asked", "first study", "second study"), _side_by_side(_asked(first), _asked(second)))
-    return "\n".join([_wrapped(head), asked, _probabilities(second, drawn), _failures(second)])
+    versions = _version_by_version(second, SECOND)
+    return "\n".join([_wrapped(head), asked, versions, _probabilities(second, drawn), _failures(second)])
 
 
 def _side_by_side(one: Sequence[Demand], other: Sequence[Demand]) -> list[tuple[str, str, str, str]]:
