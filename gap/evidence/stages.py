@@ -185,11 +185,23 @@ def _without_promise(search: EvidenceSearch, waiting: Open, progress: Progress) 
 def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     """The new best set fitted to its end, lest constants on their way sell what is left of it to whatever is added next. Where `before`
     left more than honest models do, constants were torn away: then all sets are weighed anew beside what is integrated out about the
-    new best one, the same for all, and that one is fitted from the rig file's own constants too. If it is not the best beside that (a link
-    that bends gives every window a start to vibrate from, also to a set whose link is rigid), all stay as they were."""
+    new best one. If a rival, fitted as far there, is the best beside that, it is fitted on from there here as well, and takes its place if
+    it is the best here too; else all stay as they were (a link that bends gives every window a start to vibrate from, also to a set whose
+    link is rigid)."""
     best = search.best
     if not np.any(beyond(search.seen, before)):
         return from_magnitudes(search, best)
+    anew = _beside_its_unknowns(search, best, before)
+    if anew.best.labels == best.labels:
+        return anew
+    rival = hypothesis_of(search.seen, anew.best.suspects, descended(search.seen, reweighed(search.seen, anew.best).at))
+    search = replace(search, fitted=at_best(search.fitted, rival))
+    return from_magnitudes(search, best) if search.best.labels == best.labels else _about_best(search, before)
+
+
+def _beside_its_unknowns(search: EvidenceSearch, best: Hypothesis, before: Hypothesis) -> EvidenceSearch:
+    """All sets beside what is integrated out about the best one, the same for all; that one fitted from the rig file's own constants too,
+    and its rivals as far."""
     seen, rivals = about_fit(search.seen, best), {r.labels for r in _rivals(search, best, search.fit_of(before.labels))}
     nominal, *others = side_by_side(
         seen, lambda h: _followed(seen, h) if h.labels in rivals else reweighed(seen, h), (search.nominal, *search.fitted)
@@ -197,8 +209,7 @@ def _about_best(search: EvidenceSearch, before: Hypothesis) -> EvidenceSearch:
     anew = replace(search, seen=seen, nominal=nominal, fitted=tuple(others))
     there = anew.fit_of(best.labels)
     afresh = hypothesis_of(seen, best.suspects, descended(seen, at_own_constants(anew, there).at))
-    anew = from_magnitudes(anew, max(there, afresh, key=evidence_of))
-    return anew if anew.best.labels == best.labels else from_magnitudes(search, best)
+    return from_magnitudes(anew, max(there, afresh, key=evidence_of))
 
 
 STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)
