@@ -131,10 +131,10 @@ def _whole(state: SearchState, hypothesis: Hypothesis) -> Whole:
 
 
 def _named(whole: OfSet, search: EvidenceSearch, chosen: frozenset[str], name: Name) -> Named:
-    """One name of the chosen set, with those of its look-alikes that are fitted."""
+    """One name of the chosen set, with its look-alikes."""
     rest = chosen - {name.suspect.label}
     base = whole((search.known(rest) or search.null).labels)
-    alike = [_look_alike(whole, other, rival, base) for other in name.alike if (rival := search.known(rest | {other.label}))]
+    alike = [_look_alike(whole, other, search.fit_of(rest | {other.label}), base) for other in name.alike]
     return Named(_explanation(name.suspect, whole(chosen), base), name.probability, name.confirmed, name.votes, tuple(alike))
 
 

@@ -17,7 +17,6 @@ from config.loading.load import LoadedRig, rig_from_text
 from gap.data.experiments import experiments_of
 from gap.data.measured import Measured, load
 from gap.evidence import deciding_numbers, opening, stages
-from gap.evidence.judgement.posterior import shares
 from gap.evidence.search_state import EvidenceSearch
 from gap.fitting.nuisance import nuisances
 from gap.settings import Settings
@@ -94,7 +93,7 @@ def right(seed: int) -> dict[str, float]:
 def _probability(loaded: LoadedRig, paths: list[Path], label: str) -> float:
     """Of a suspect; of none for an empty label."""
     logs = [load(path, loaded.rig) for path in paths]
-    found = shares(finished(loaded, logs[:1], logs[1:]))
+    found = finished(loaded, logs[:1], logs[1:]).posterior
     return found.of(label) if label else found.none
 
 

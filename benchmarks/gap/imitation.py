@@ -18,7 +18,6 @@ from matplotlib.figure import Figure
 from benchmarks.gap.deciding_numbers import finished
 from config.loading.load import LoadedRig, rig_from_text
 from gap.data.measured import load
-from gap.evidence.judgement.posterior import shares
 from gap.evidence.score.hypothesis import Hypothesis
 from tests.support.gap import axis_logs
 
@@ -67,7 +66,7 @@ def weighed(size_N: float) -> Weighed:
     search = finished(loaded, [log], [])
     named = search.known(frozenset({NAME}))
     gain, beside = (named.log_z - search.null.log_z, viscous(named)) if named else (float("nan"), float("nan"))
-    return Weighed(size_N, gain, -search.log_odds, shares(search).of(NAME), viscous(search.null), beside)
+    return Weighed(size_N, gain, -search.log_odds, search.posterior.of(NAME), viscous(search.null), beside)
 
 
 def viscous(fitted: Hypothesis) -> float:

@@ -12,6 +12,7 @@ from gap.evidence.lines import StraightFit
 from gap.evidence.score.bootstrap import Weight, bootstrapped
 from gap.evidence.score.changed import changeable
 from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect
+from gap.evidence.score.shares import Shares, of_weights
 from gap.evidence.screening import Promise
 from gap.suspects.candidates import candidates
 
@@ -87,6 +88,11 @@ class EvidenceSearch:
         found, best = {h.labels: self.weight(h) for h in self.fitted}, self.best
         promised = {w.labels: w for w in sorted(self.waiting, key=self.log_hope) if w.labels not in found}
         return found | {labels: replace(found[best.labels], log_mass=self.log_hope(w)) for labels, w in promised.items()}
+
+    @property
+    def posterior(self) -> Shares:
+        """Over all sets met, by the logs that are fitted."""
+        return of_weights(self.weights)
 
     def weight(self, hypothesis: Hypothesis) -> Weight:
         """Of a fitted set, by the logs that are fitted."""

@@ -14,10 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from gap.evidence.ahead import fitted
-from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE
+from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.promises import at_own_constants, beside_start, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of
-from gap.evidence.score.bootstrap import bootstrapped
 from gap.evidence.score.hypothesis import Hypothesis, Seen, about_fit, beyond, doubtful, reweighed
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.set_fits import evidence_of, from_magnitudes, less, part_of, refined, taken_on, to_floor
@@ -141,16 +140,16 @@ def _followed(seen: Seen, hypothesis: Hypothesis) -> Hypothesis:
 
 def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
     """Every set that holds a share of the posterior fitted with sensitivities of its own, and what it has beyond any of its suspects from
-    there as well; and what waits between a name and its confirmation."""
+    there as well; and what waits where its promise would be said."""
     while True:
         shares = search.shares
         least = max(shares) * np.exp(NEGLIGIBLE)
         unsure = [(share, h) for share, h in zip(shares, search.fitted, strict=True) if not h.ended and share > least]
         if not unsure:
-            between = _between(search)
-            if between is None:
+            awaited = _awaited(search)
+            if awaited is None:
                 return search
-            search = _without_promise(search, between, progress)
+            search = _without_promise(search, awaited, progress)
             continue
         best = max(unsure, key=lambda one: one[0])[1]
         progress(f"to its end: {_words(best)}")
@@ -160,17 +159,14 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
             search = less(search, done, part_of(search, done, suspect))
 
 
-def _between(search: EvidenceSearch) -> Open | None:
-    """A set that only waits, where what such sets promise is all that keeps one of the best set's names from being confirmed."""
-    weights, fitted = search.weights, {h.labels for h in search.fitted}
-    shares = dict(zip(weights, bootstrapped(list(weights.values())), strict=True))
-    for label in search.best.labels:
-        lacking = {labels: share for labels, share in shares.items() if label not in labels}
-        promised = [labels for labels in lacking if labels not in fitted]
-        known = sum(share for labels, share in lacking.items() if labels in fitted)
-        if known <= 1.0 - CONFIRMED < sum(lacking.values()):
-            most = max(promised, key=lambda labels: lacking[labels])
-            return max((w for w in search.waiting if w.labels == most), key=search.log_hope)
+def _awaited(search: EvidenceSearch) -> Open | None:
+    """A set that only waits, where what it promises would be said of one of the best set's names."""
+    posterior, fitted, best = search.posterior, {h.labels for h in search.fitted}, search.best.labels
+    for label in best:
+        alike = {best - {label} | {other} for other, _ in posterior.in_place_of(best, label)}
+        said = posterior.between(label, fitted) or alike - fitted
+        if said:
+            return max((w for w in search.waiting if w.labels in said), key=search.log_hope)
     return None
 
 

@@ -35,6 +35,10 @@ class Ballot:
         self._seen, self._held, self._fitted, self._on_all = seen, held, fitted, on_all
         self._alone: dict[frozenset[str], Hypothesis] = {}
 
+    def fitted(self, labels: frozenset[str]) -> bool:
+        """Whether there is a fit of a set: what only waits is not called like a name."""
+        return labels in self._fitted
+
     def votes(self, with_it: frozenset[str], without: frozenset[str]) -> Votes | None:
         """For what a set has more than another one; than none where the hold-out was not asked about that. None where it was not asked
         about the first."""

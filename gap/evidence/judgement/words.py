@@ -12,10 +12,11 @@ from gap.data.windows import Experiment
 from gap.evidence.deciding_numbers import CONFIRMED, NEGLIGIBLE, UNEXPLAINED
 from gap.evidence.judgement.judge import ended_on_all_logs, led_by, of_rig_file, on_all_logs, together
 from gap.evidence.judgement.nested import nested
-from gap.evidence.judgement.posterior import Shares, shares
+from gap.evidence.judgement.posterior import of_all_logs
 from gap.evidence.judgement.preference import Preference, preferences
 from gap.evidence.judgement.votes import Ballot, Votes
 from gap.evidence.score.hypothesis import MOST_HONEST, Hypothesis, Seen, Suspect, about, beyond
+from gap.evidence.score.shares import Shares
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.side_by_side import side_by_side
 
@@ -67,7 +68,7 @@ def said(search: EvidenceSearch, held: Sequence[Experiment], channels: Sequence[
     """Of a finished search; `held`: the hold-out logs, which only judge. `channels`: names of those compared."""
     judges = about(held, search.seen.scales, search.seen.model, search.seen.counts)
     everywhere, by_set = together(search.seen, judges), _judged(search, judges)
-    found = shares(search, by_set, _nested(search, everywhere, by_set))
+    found = of_all_logs(search, by_set, _nested(search, everywhere, by_set))
     named = [h for h in search.fitted if h.labels in by_set and h.suspects]
     chosen = search.null if found.none >= 0.5 or not named else max(named, key=lambda h: found.of_set[h.labels])
     judged = {
@@ -99,7 +100,7 @@ def _judged(search: EvidenceSearch, judges: Seen) -> dict[frozenset[str], Hypoth
     top = max(by_set.values(), key=search.log_mass)
     for part in _led_further(search, top, by_set, judges):
         by_set[part.labels] = led_by(search.seen, part, top, judges)
-    found = shares(search, by_set)
+    found = of_all_logs(search, by_set)
     likely = [h for labels, h in by_set.items() if found.of_set[labels] >= 1.0 - CONFIRMED]
     ended = side_by_side(search.seen, lambda h: ended_on_all_logs(search.seen, h, judges), likely)
     return by_set | {h.labels: h for h in ended}
@@ -123,7 +124,7 @@ def _nested(search: EvidenceSearch, everywhere: Seen, by_set: Mapping[frozenset[
 
 def asked(search: EvidenceSearch) -> list[Hypothesis]:
     """Sets that the hold-out is asked about: none, the best, the best less one, and one of another suspect in its place."""
-    found, best = shares(search), search.best
+    found, best = search.posterior, search.best
     beside = [h for h in search.fitted if len(h.labels ^ best.labels) <= 2 and found.of_set[h.labels] >= 1.0 - CONFIRMED]
     less = [h for h in search.fitted if h.labels < best.labels and len(h.labels) == len(best.labels) - 1]
     return list({h.labels: h for h in [search.null, best, *less, *beside]}.values())
@@ -132,7 +133,8 @@ def asked(search: EvidenceSearch) -> list[Hypothesis]:
 def _name(found: Shares, chosen: Hypothesis, suspect: Suspect, judge_agrees: bool, ballot: Ballot) -> Name:
     probability, rest = found.of(suspect.label), chosen.labels - {suspect.label}
     group = found.in_place_of(chosen.labels, suspect.label)
-    alike = tuple(Alike(label, share, ballot.votes(rest | {label}, rest)) for label, share in group if label != suspect.label)
+    fitted = [(label, share) for label, share in group if label != suspect.label and ballot.fitted(rest | {label})]
+    alike = tuple(Alike(label, share, ballot.votes(rest | {label}, rest)) for label, share in fitted)
     votes = ballot.votes(chosen.labels, rest)
     spoken_for = judge_agrees and votes is not None and votes.holdout > 0.0
     return Name(suspect, probability, alike, probability >= CONFIRMED and spoken_for, votes)

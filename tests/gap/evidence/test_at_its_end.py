@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.evidence.judgement.posterior import shares
 from gap.evidence.promises import widened
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.set_fits import refined
@@ -36,7 +35,7 @@ def held_bytes(search: EvidenceSearch) -> int:
 
 def test_what_it_says_stays(search: EvidenceSearch) -> None:
     done = search.at_its_end([search.null])
-    assert shares(done).of_set == shares(search).of_set
+    assert done.posterior.of_set == search.posterior.of_set
     assert [done.log_hope(w) for w in done.waiting] == [search.log_hope(w) for w in search.waiting]
     assert done.null is search.null  # needed
 

@@ -13,7 +13,6 @@ from config.loading.load import LoadedRig, rig_from_text
 from gap.data.experiments import experiments_of
 from gap.data.measured import load
 from gap.data.windows import Experiment
-from gap.evidence.judgement.posterior import shares
 from gap.evidence.noise.repeated import SLOW, WAYS
 from gap.evidence.noise.unknowns import UNTOLD, unknowns_of
 from gap.evidence.opening import opening
@@ -83,7 +82,7 @@ def test_friction_that_yields_in_several_places_is_no_effect(tmp_path: Path, see
     done = searched(search)
     assert done.seen.logs[0].forms == WAYS - 1 + len(SLOW) + 1  # the last: a contact that does not creep
     assert np.any(done.null.at.discrepancy.of_log(0) > 1.0)  # there is something to be taken in by
-    assert shares(done).none > 0.5
+    assert done.posterior.none > 0.5
 
 
 @pytest.mark.slow
@@ -94,7 +93,7 @@ def test_friction_that_yields_at_once_is_no_stiction(tmp_path: Path, seed: int) 
     search, _ = opened(tmp_path, rig_file(), [maxwell_axis(seed + k, 10.0, break_away_m=(1e-6,)) for k in (0, 1)])
     done = searched(search)
     assert done.null.log_z > done.nominal.log_z + 10.0  # the rig file's bristle is too soft
-    assert shares(done).none > 0.5
+    assert done.posterior.none > 0.5
 
 
 @pytest.mark.slow
@@ -104,7 +103,7 @@ def test_a_mass_far_off_its_prior_makes_no_sensor_wrong(tmp_path: Path) -> None:
     loaded = rig_file()
     heavy = rig_from_text(loaded.text.replace("mass: 95.1089 kg", "mass: 102.24 kg"))
     done = searched(opened(tmp_path, loaded, [axis_logs.simulated(heavy, 51 + k) for k in (0, 1)])[0])
-    found = shares(done)
+    found = done.posterior
     assert found.of("sensor_scale at sensor:axis.position") < 0.6
     assert found.none > 0.1
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from gap.evidence.judgement import words
-from gap.evidence.judgement.posterior import shares
+from gap.evidence.judgement.posterior import of_all_logs
 from gap.evidence.search_state import EvidenceSearch
-from gap.evidence.stages import _between
+from gap.evidence.stages import _awaited
 
 NONE, NAMED, OTHER = frozenset[str](), frozenset({"stiction at x"}), frozenset({"backlash at x"})
 SETS = {"none": NONE, "named": NAMED, "other": OTHER}
@@ -41,12 +41,12 @@ def odds(difference: float) -> float:
 def test_shares_are_those_of_all_logs(gained: float) -> None:
     search = a_search(none=-20.0, named=-19.0)
     judged = {NONE: fitted(NONE, -50.0), NAMED: fitted(NAMED, -50.0 + gained)}
-    assert shares(search, judged).of("stiction at x") == pytest.approx(odds(gained), abs=0.02)
+    assert of_all_logs(search, judged).of("stiction at x") == pytest.approx(odds(gained), abs=0.02)
 
 
 def test_a_set_that_the_hold_out_was_not_asked_about_gains_with_it_what_the_best_one_does() -> None:
     search = a_search(none=-20.0, named=-18.0, other=-19.0)
-    once, far = (shares(search, {NONE: fitted(NONE, -50.0 + z), NAMED: fitted(NAMED, -48.0 + z)}) for z in (0.0, -40.0))
+    once, far = (of_all_logs(search, {NONE: fitted(NONE, -50.0 + z), NAMED: fitted(NAMED, -48.0 + z)}) for z in (0.0, -40.0))
     for labels in (NONE, NAMED, OTHER):
         assert far.of_set[labels] == pytest.approx(once.of_set[labels], abs=1e-9)
     assert once.of_set[OTHER] / once.of_set[NAMED] == pytest.approx(np.exp(-1.0), abs=0.03)
@@ -63,10 +63,10 @@ def test_a_set_that_the_hold_out_was_not_asked_about_gains_with_it_what_the_best
 )
 def test_what_a_promise_would_decide_is_asked_for(promised: float, none: float, asked: bool) -> None:
     search = a_search({OTHER: promised - none, NAMED | OTHER: promised - none}, none=none, named=8.5)
-    between = _between(search)
-    assert (between is not None) is asked
-    if between is not None:
-        assert between.labels == OTHER  # the larger set has the name too
+    awaited = _awaited(search)
+    assert (awaited is not None) is asked
+    if awaited is not None:
+        assert awaited.labels == OTHER  # the larger set has the name too
 
 
 @pytest.mark.parametrize(
@@ -87,3 +87,19 @@ def test_a_smaller_set_is_led_on_unless_it_can_hold_no_share_either_way(
     search, top = replace(a_search(), nominal=nothing), fitted(NAMED, 0.0)
     by_set = {NONE: fitted(NONE, stands), NAMED: top, OTHER: fitted(OTHER, 0.0)}
     assert [h.labels for h in words._led_further(search, top, by_set, nothing)] == ([NONE] if led else [])
+
+
+@pytest.mark.parametrize(
+    ("promised", "asked"),
+    [
+        (28.4, True),  # a tenth of what the best set has: it would be a look-alike
+        (25.5, False),  # 0.005
+    ],
+)
+def test_no_look_alike_is_said_that_was_not_fitted(promised: float, asked: bool) -> None:
+    search = a_search({OTHER: promised}, none=0.0, named=30.6)
+    search = replace(search, fitted=(*search.fitted, fitted(frozenset({"valve_lag at x"}), 29.0, WINDOWS // 2)))  # not confirmed either way
+    awaited = _awaited(search)
+    assert (awaited is not None) is asked
+    if awaited is not None:
+        assert awaited.labels == OTHER

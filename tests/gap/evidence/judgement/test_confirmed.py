@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from gap.evidence.deciding_numbers import UNEXPLAINED
-from gap.evidence.judgement.posterior import Shares
 from gap.evidence.judgement.preference import Preference
 from gap.evidence.judgement.votes import Votes
 from gap.evidence.judgement.words import Name, _name, _of_names, advised, large
 from gap.evidence.score.hypothesis import MOST_HONEST
+from gap.evidence.score.shares import Shares
 
 PAIR, ONE = frozenset({"stiction at x", "valve_deadband at x"}), frozenset({"stiction at x"})
 
@@ -24,6 +24,9 @@ class Asked:
     def __init__(self, holdout: float | None) -> None:
         self._holdout = holdout
         self.asked: list[tuple[frozenset[str], frozenset[str]]] = []
+
+    def fitted(self, labels: frozenset[str]) -> bool:
+        return True
 
     def votes(self, with_it: frozenset[str], without: frozenset[str]) -> Votes | None:
         self.asked.append((with_it, without))
