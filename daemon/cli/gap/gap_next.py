@@ -16,6 +16,7 @@ from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
+    from config.schema.rig import Rig
     from gap.maneuvers.separation import Rival
 
 _PARTS = {"findings", "gap", "parameters"}  # of findings.json, that are needed here
@@ -105,7 +106,7 @@ def _explanations(loaded: LoadedRig, arguments: argparse.Namespace, content: dic
 
     if arguments.between:
         return _given(loaded, arguments.between)
-    two_effects = _with_two_effects(arguments.rig, next(iter(loaded.rig.joints)))
+    two_effects = _with_two_effects(loaded.rig, arguments.rig)
     if not content:
         advice = f"Give --findings findings.json, or two effects: `{two_effects}`."
         raise ConfigError("nothing to separate", where="gap next", next_step=advice)
@@ -123,8 +124,13 @@ def _explanations(loaded: LoadedRig, arguments: argparse.Namespace, content: dic
     return found if len(found) > 1 else [*found, base]
 
 
-def _with_two_effects(rig: str, joint: str) -> str:
-    return f"longreach gap next --rig {shlex.quote(rig)} --between coulomb_friction@{joint} valve_deadband@{joint}"
+def _with_two_effects(rig: Rig, path: str) -> str:
+    """The command with two effects that the rig file lacks, at its first joint."""
+    from gap.maneuvers.rivals import addable
+
+    joint = next(iter(rig.joints))
+    one, other, *_ = (c.effect for c in addable(rig) if c.where == joint)
+    return f"longreach gap next --rig {shlex.quote(path)} --between {one}@{joint} {other}@{joint}"
 
 
 def _given(loaded: LoadedRig, between: Sequence[str]) -> list[Rival]:

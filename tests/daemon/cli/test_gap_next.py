@@ -70,3 +70,31 @@ def test_a_file_that_is_no_findings_is_unusable_data(text: str, tmp_path: Path, 
     said = capsys.readouterr().err.splitlines()
     assert said[0].startswith(f"longreach: {path}: this is no findings.json")
     assert said[1] == "next: longreach gap find --help"
+
+
+def test_the_command_named_next_is_one_that_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """The shipped rigs have friction already: what is named next must be effects that they lack."""
+    given: list[Sequence[Rival]] = []
+    monkeypatch.setattr(next_maneuver, "next_maneuver", lambda loaded, rivals, *rest: given.append(rivals))
+    assert main(["gap", "next", "--rig", "force_axis"]) == 1
+    *_, last = capsys.readouterr().err.splitlines()
+    assert main(last.removeprefix("next: longreach ").split()) == 0
+    assert len(given[0]) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("coulomb_friction@axis", "the rig file has this effect already: coulomb_friction@axis. Take its line out of a copy of the file"),
+        ("gravity@axle", "the effect has no such place here: gravity@axle. Possible: gravity@axis."),
+        (
+            "gravitation@axis",
+            "no such effect can be missing here: gravitation@axis. Nearest is gravity. Possible: asymmetric_friction",
+        ),
+    ],
+)
+def test_what_cannot_be_added_is_refused_with_what_can(name: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(axis_logs.axis_text())
+    assert main(["gap", "next", "--rig", str(rig), "--between", name, "none"]) == 1
+    assert told in capsys.readouterr().err
