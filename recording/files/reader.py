@@ -116,10 +116,19 @@ def log_bytes(path: Path) -> bytes | memoryview:
             head = file.read(64)
             if head.startswith(MAGIC):
                 return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+    except IsADirectoryError as error:
+        raise _a_folder(path, error) from error
     except OSError as error:
         reason = error.strerror or str(error)
         raise LogError("the log cannot be opened", value=reason, where=str(path), next_step=system_advice(error)) from error
     raise _not_a_log(path, head)
+
+
+def _a_folder(path: Path, error: OSError) -> LogError:
+    newest = max(path.glob("*.mcap"), key=lambda log: log.stat().st_mtime, default=None)
+    advice = f"A log is one file; the newest here is {newest.name}." if newest else "A log is one file; there is none here."
+    mend = {str(path): str(newest)} if newest else {}
+    return LogError("the log cannot be opened", value=error.strerror or str(error), where=str(path), next_step=advice, mend=mend)
 
 
 @dataclass(slots=True)

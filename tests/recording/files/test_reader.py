@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -209,8 +210,15 @@ def test_wrong_files_are_refused_with_the_next_step(tmp_path: Path, name: str, c
 def test_a_missing_file_and_a_directory(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="the log cannot be opened: No such file or directory"):
         read_log(tmp_path / "none.mcap")
-    with pytest.raises(LogError, match="the log cannot be opened: Is a directory"):
+    with pytest.raises(LogError, match=r"the log cannot be opened: Is a directory\. A log is one file; there is none here"):
         read_log(tmp_path)
+    older, newest = tmp_path / "older.mcap", tmp_path / "newest.mcap"
+    for age_s, log in ((60, older), (1, newest)):
+        log.touch()
+        os.utime(log, (1e9 - age_s, 1e9 - age_s))
+    with pytest.raises(LogError, match=r"the newest here is newest\.mcap") as caught:
+        read_log(tmp_path)
+    assert caught.value.refusal.mend == {str(tmp_path): str(newest)}
 
 
 def test_another_program_s_mcap_is_refused(tmp_path: Path) -> None:
