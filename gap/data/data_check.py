@@ -29,17 +29,20 @@ _BLOCK_S = 0.5
 def refuse_pairing(fit: Sequence[Measured], holdout: Sequence[Measured]) -> None:
     """The decision needs data that was not fitted. LogError when there is none."""
     if not holdout:
-        folder = shlex.quote(str(fit[0].path.parent))
         advice = (
             "Log a second, different maneuver and give it with --holdout: a gap that only closes on the fitted log proves nothing. "
-            f"`longreach runs {folder}` lists what there is."
+            f"{_others(fit[0])}"
         )
         raise LogError("there is no hold-out log", value="one log", limit="two", where=str(fit[0].path), next_step=advice)
     for log in holdout:
         for other in fit:
             if _same_file(log, other) or _same_numbers(log, other):
-                advice = "Give the log of another maneuver."
+                advice = f"Give the log of another maneuver. {_others(log)}"
                 raise LogError("the hold-out log is a fit log", value=str(other.path), where=str(log.path), next_step=advice)
+
+
+def _others(log: Measured) -> str:
+    return f"`longreach runs {shlex.quote(str(log.path.parent))}` lists what there is."
 
 
 def _same_file(a: Measured, b: Measured) -> bool:
