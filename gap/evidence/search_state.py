@@ -16,6 +16,8 @@ from gap.evidence.score.shares import Shares, of_weights
 from gap.evidence.screening import Promise
 from gap.suspects.candidates import candidates
 
+Start = tuple[frozenset[str], float]  # a set, and the ln Z to which one descent leads it
+
 
 @dataclass(frozen=True, slots=True)
 class Open:
@@ -32,6 +34,11 @@ class Open:
     @property
     def labels(self) -> frozenset[str]:
         return self.base.labels | {self.promise.suspect.label}
+
+    @property
+    def start(self) -> Start:
+        """From where it is promised."""
+        return self.base.labels, self.level
 
     @property
     def gain(self) -> float:
@@ -119,6 +126,12 @@ class EvidenceSearch:
     def known(self, labels: frozenset[str]) -> Hypothesis | None:
         """The fit of a set, if there is one."""
         return next((h for h in self.fitted if h.labels == labels), None)
+
+    def reached(self, chosen: Open, done: Hypothesis) -> EvidenceSearch:
+        """The search with a set that waited fitted; what promises no more of it than that waits no longer."""
+        rest = (w for w in self.waiting if w is not chosen)
+        waiting = tuple(w for w in rest if w.labels != done.labels or self.log_hope(w) > self.log_mass(done))
+        return replace(self, waiting=waiting, fitted=at_best(self.fitted, done))
 
     def at_its_end(self, needed: Sequence[Hypothesis]) -> EvidenceSearch:
         """Only the sets that are needed keep their sensitivities, most of the memory of a search; what all of them say or promise stays."""

@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from gap.evidence.deciding_numbers import NEGLIGIBLE
 from gap.evidence.promises import at_own_constants, beside_start, in_its_place, widened
 from gap.evidence.refinement import FEW_PASSES, by_magnitude, descended, finished, hypothesis_of
 from gap.evidence.score.hypothesis import Hypothesis, Seen, about_fit, beyond, doubtful, reweighed
-from gap.evidence.search_state import EvidenceSearch, Open, at_best
+from gap.evidence.search_state import EvidenceSearch, Open, Start, at_best
 from gap.evidence.set_fits import evidence_of, from_magnitudes, less, part_of, refined, taken_on, to_floor
 from gap.evidence.side_by_side import side_by_side
 
@@ -28,7 +29,7 @@ Stage = Callable[[EvidenceSearch, Progress], EvidenceSearch]
 _ROUNDS, _WORTH = 2, 2.0  # of the constants alone, beside what is integrated out about them, and the ln Z for which there is another
 _MOST_EFFECTS = 3  # in one set: more than three at once have a probability of 2 % beforehand
 _FIRST_ONES = 2  # suspects beside a best set that leaves too much, with which a second one is looked for at once
-_PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of the others
+_PATIENCE = 6  # fits in a row, best promise first, after which no better set is expected of what else is promised from the same start
 _ALWAYS = 4  # sets that are fitted however little they promise while the best leaves too much: no lines lead along a delay or a dead band
 
 
@@ -213,28 +214,28 @@ STAGES: tuple[Stage, ...] = (refitted, grown, exchanged, settled)
 
 def _decided(search: EvidenceSearch, base: Hypothesis, progress: Progress, always: int) -> EvidenceSearch:
     """The waiting sets fitted, best promise first, until none that is left could hold a share of the posterior; `always` of those at least
-    that seem to hold none, once one set is better than the base, unless that one leaves what honest models leave."""
+    that seem to hold none, once one set is better than the base, unless that one leaves what honest models leave. Promises from one start
+    after the other are given up: where lines do not hold, all of them are."""
     hopeless: set[frozenset[str]] = set()
-    in_vain, ahead = 0, None
-    while search.waiting and in_vain < _PATIENCE:
-        first, before = _most_hoped_for(search.waiting, search), search.best.labels
+    in_vain: Counter[Start] = Counter()  # fits in a row
+    ahead = None
+    while believed := [w for w in search.waiting if in_vain[w.start] < _PATIENCE]:
+        first, before = _most_hoped_for(believed, search), search.best.labels
         if not _hopeful(search, first):
             hopeless |= {first.labels}
             if len(hopeless) > always or (not base.suspects and before == base.labels) or not doubtful(search.seen, search.best):
                 break
-        rest = tuple(w for w in search.waiting if w is not first)
-        after = _most_hoped_for(rest, search) if rest and (in_vain or first.labels in hopeless) else None
+        others = [w for w in believed if w is not first]
+        after = _most_hoped_for(others, search) if others and (in_vain.total() or first.labels in hopeless) else None
         done, ahead = fitted(search, first, after, ahead)
         progress(_beside_promise(search, first, done))
-        reached = tuple(w for w in rest if w.labels != done.labels or search.log_hope(w) > search.log_mass(done))  # it promises no more
-        search = replace(search, waiting=reached, fitted=at_best(search.fitted, done))
+        search = search.reached(first, done)
         if search.best.labels == done.labels:
             search = less(search, done, part_of(search, done, first.promise.suspect))
-        in_vain = 0 if search.best.labels != before else in_vain + 1
-    if in_vain == _PATIENCE:  # promises that are better than every fit are not believed, and hold no share
-        top = search.log_mass(search.best)
-        search = replace(search, waiting=tuple(w for w in search.waiting if search.log_hope(w) <= top))
-    return search
+        in_vain[first.start] = 0 if search.best.labels != before else in_vain[first.start] + 1
+    top = search.log_mass(search.best)  # what is promised beyond that and not believed holds no share
+    kept = tuple(w for w in search.waiting if in_vain[w.start] < _PATIENCE or search.log_hope(w) <= top)
+    return replace(search, waiting=kept)
 
 
 def _most_hoped_for(waiting: Sequence[Open], search: EvidenceSearch) -> Open:
