@@ -74,7 +74,7 @@ def assert_taken(typed: str, words: list[str]) -> None:
         ("faults --only 'recorder SIGKILed'", 2, "faults --only 'recorder SIGKILLed'"),
         ("device scan socketcan:can9", 1, "ip link show can9"),
         ("device read tcp:localhost", 2, "device scan tcp:localhost"),
-        ("gap next --rig force_axis", 1, "gap next --rig force_axis --between coulomb_friction@axis valve_deadband@axis"),
+        ("gap next --rig force_axis", 1, "gap next --rig force_axis --between stiction@axis asymmetric_friction@axis"),
         ("import dup.csv -o .", 2, "import dup.csv -o log.mcap"),
         ("import dup.csv -o d.txt", 2, "import dup.csv -o d.mcap"),
         ("log recover 'a b.mcap' -o d.csv", 2, "log recover 'a b.mcap' -o d.mcap"),
