@@ -163,7 +163,7 @@ def settled(search: EvidenceSearch, progress: Progress) -> EvidenceSearch:
 def _awaited(search: EvidenceSearch) -> Open | None:
     """A set that only waits, where what it promises would be said of one of the best set's names."""
     posterior, fitted, best = search.posterior, {h.labels for h in search.fitted}, search.best.labels
-    for label in best:
+    for label in sorted(best):
         alike = {best - {label} | {other} for other, _ in posterior.in_place_of(best, label)}
         said = posterior.between(label, fitted) or alike - fitted
         if said:
