@@ -106,14 +106,13 @@ def _explanations(loaded: LoadedRig, arguments: argparse.Namespace, content: dic
 
     if arguments.between:
         return _given(loaded, arguments.between)
-    two_effects = _with_two_effects(loaded.rig, arguments.rig)
     if not content:
-        advice = f"Give --findings findings.json, or two effects: `{two_effects}`."
+        advice = f"Give --findings findings.json, or two effects: `{_with_two_effects(loaded.rig, arguments.rig)}`."
         raise ConfigError("nothing to separate", where="gap next", next_step=advice)
     findings = _effects(explanations(content))  # a number that has changed stands among the constants
     doubtful = [item for item in findings if _effects(item["look_alikes"])] or [item for item in findings if not item["confirmed"]]
     if not doubtful:
-        advice = f"Every finding stands alone. Two effects all the same: `{two_effects}`."
+        advice = f"Every finding stands alone. Two effects all the same: `{_with_two_effects(loaded.rig, arguments.rig)}`."
         raise ConfigError("the findings leave nothing in doubt", where=str(arguments.findings), next_step=advice)
     base = no_effect(loaded, {key: item["value"] for key, item in content["parameters"].items()})
     for item in findings:
