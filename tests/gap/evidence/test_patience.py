@@ -5,18 +5,13 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from gap.evidence import stages
 from gap.evidence.search_state import EvidenceSearch, Open
+from tests.support.gap.bare_fit import bare_fit as fit
 
-WINDOWS = 40
 TRUE, EMPTY, HONEST = "true", "empty", "honest"
-
-
-def fit(labels: set[str], log_z: float) -> Any:
-    return SimpleNamespace(labels=frozenset(labels), suspects=tuple(labels), log_z=log_z, windows=np.full(WINDOWS, log_z / WINDOWS))
 
 
 def promised(label: str, gain: float, level: float) -> Open:

@@ -10,19 +10,20 @@ import pytest
 
 from gap.evidence import stages
 from gap.evidence.search_state import EvidenceSearch
+from tests.support.gap.bare_fit import bare_fit
 
-WINDOWS = 40
 NONE, SATURATION, BIAS = "", "saturation", "null bias"
 
-# ln Z of sets, by what they are beside; SATURATION's in brackets once it was fitted as far as BIAS (case 0084 of the second study).
+# ln Z of sets, by what they are beside (case 0084 of the second study).
 FIRST = {NONE: 525.0, SATURATION: 649.0, BIAS: 698.0}
 BESIDE_BIAS = {NONE: -3400.0, SATURATION: -2610.0, BIAS: -2671.0}
 BESIDE_SATURATION = {NONE: -2165.0, SATURATION: -1544.0, BIAS: -1599.0}
 
 
 def fit(label: str, log_z: float) -> Any:
-    labels = frozenset({label} - {NONE})
-    return SimpleNamespace(labels=labels, suspects=tuple(labels), log_z=log_z, at=label, windows=np.full(WINDOWS, log_z / WINDOWS))
+    found = bare_fit({label} - {NONE}, log_z)
+    found.at = label
+    return found
 
 
 def searched(monkeypatch: pytest.MonkeyPatch, fitted_on: float) -> EvidenceSearch:

@@ -13,15 +13,11 @@ from gap.evidence.judgement import words
 from gap.evidence.judgement.posterior import of_all_logs
 from gap.evidence.search_state import EvidenceSearch
 from gap.evidence.stages import _awaited
+from tests.support.gap.bare_fit import WINDOWS
+from tests.support.gap.bare_fit import bare_fit as fitted
 
 NONE, NAMED, OTHER = frozenset[str](), frozenset({"stiction at x"}), frozenset({"backlash at x"})
 SETS = {"none": NONE, "named": NAMED, "other": OTHER}
-WINDOWS = 40
-
-
-def fitted(labels: frozenset[str], log_z: float, windows: int = WINDOWS) -> Any:
-    """What it has beside a ln Z of 0 comes from all windows alike, so that no bootstrap moves it."""
-    return SimpleNamespace(labels=labels, suspects=tuple(labels), log_z=log_z, windows=np.full(windows, log_z / windows))
 
 
 def a_search(waiting: dict[frozenset[str], float] | None = None, **log_z: float) -> EvidenceSearch:
