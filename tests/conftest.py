@@ -6,6 +6,7 @@ Everything else waits on conditions with limits of seconds, also where it starts
 from __future__ import annotations
 
 import signal
+import time
 
 import pytest
 from hypothesis import settings
@@ -14,6 +15,15 @@ from tests.support.machine.pauses import Pauses
 
 settings.register_profile("any machine", deadline=None)  # how long an example takes says more of the machine than of the code
 settings.load_profile("any machine")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--until",
+        type=float,
+        metavar="SECONDS_SINCE_1970",
+        help="no test is begun later; what was left is skipped and named (not with --last-failed)",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -27,3 +37,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("device_clock"):  # acts within milliseconds, or the driver calls it silent
             item.add_marker("clock")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    until_s = item.config.getoption("--until")
+    if until_s is not None and time.time() > until_s and not item.config.getoption("lf"):
+        pytest.skip("not begun: the time that these tests have is over")
