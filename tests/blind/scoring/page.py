@@ -65,7 +65,7 @@ def _numbers(study: Scored) -> str:
     parts = [
         "## What came out\n\nIn brackets: Wilson's 95 % interval in percent.\n",
         table(("question", "asked", "seen"), _asked(study)),
-        _version_by_version(study, "study"),
+        _version_by_version(study, "Version by version", "study"),
         "![Share named over the size](../pictures/blind_power.png)\n",
         "![Hidden effect against first name](../pictures/blind_confusion.png)\n",
         "### By effect\n\nNamed (first or in its set) of cases run, at 1, 3 and 10 smallest visible sizes; where half are named;\n"
@@ -86,14 +86,14 @@ def _asked(study: Scored) -> list[Demand]:
     return [*demands(study.scores, study.found), ("look-alikes: resolved by the proposed maneuver", "≥ 90 %", resolved)]
 
 
-def _version_by_version(study: Scored, folder: str) -> str:
+def _version_by_version(study: Scored, heading: str, folder: str) -> str:
     """The same of every version, where there are several. `folder`: of the study, where its versions are declared."""
     versions = study.by_version
     if len(versions) < 2:
         return ""
     columns = [_asked(own) for own in versions.values()]
     rows = [[question, *(column[n][2].split(",")[0] for column in columns)] for n, (question, _, _) in enumerate(columns[0])]
-    text = f"""### Version by version
+    text = f"""### {heading}
 
 The search was changed on the way. Each version ran cases that nobody had seen, in their order; what was
 [declared](../../tests/blind/{folder}/README.md) says why it was changed.
@@ -119,7 +119,7 @@ Each version is [declared](../../tests/blind/second/README.md) before its cases 
 {second.run_words}
 """
     asked = table(("question", "asked", "first study", "second study"), _side_by_side(_asked(first), _asked(second)))
-    versions = _version_by_version(second, SECOND)
+    versions = _version_by_version(second, "Its versions", SECOND)
     return "\n".join([_wrapped(head), asked, versions, _probabilities(second, drawn), _failures(second)])
 
 
