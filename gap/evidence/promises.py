@@ -35,25 +35,25 @@ def widened(search: EvidenceSearch, base: Hypothesis) -> EvidenceSearch:
     if not suspects:
         return search
     if base.suspects and not doubtful(search.seen, base):
-        return _promising(search, base, suspects, base.log_z)
+        return _promising(search, base, suspects, base)
     starts = (_as_fitted, _with_own_constants)
-    (_, here), (afresh, there) = side_by_side(search.seen, lambda start: start(search, base, suspects), starts)
+    (again, here), (afresh, there) = side_by_side(search.seen, lambda start: start(search, base, suspects), starts)
     waiting = [*here, *there]
-    search = replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, afresh))
+    search = replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(at_best(search.fitted, again), afresh))
     for sign in (s for s in search.suspects_beside(base) if not isinstance(s, Changed) and not s.free):
         search = _with_sign(search, base, sign, max((w.gain for w in waiting if w.promise.suspect.label == sign.label), default=-np.inf))
     return search
 
 
 def _as_fitted(search: EvidenceSearch, base: Hypothesis, suspects: Sequence[Suspect]) -> tuple[Hypothesis, list[Open]]:
-    return base, _promised(search, base, suspects, base.log_z)
+    return _promised(search, base, suspects, base)
 
 
 def _with_own_constants(search: EvidenceSearch, base: Hypothesis, suspects: Sequence[Suspect]) -> tuple[Hypothesis, list[Open]]:
     """The base fitted from the rig file's own constants, and what is promised there."""
     start = at_own_constants(search, base)
     afresh = hypothesis_of(search.seen, base.suspects, descended(search.seen, start.at))
-    return afresh, _promised(search, start, suspects, afresh.log_z)
+    return _promised(search, start, suspects, afresh)
 
 
 def _with_sign(search: EvidenceSearch, base: Hypothesis, sign: Candidate, gain: float) -> EvidenceSearch:
@@ -66,7 +66,7 @@ def _with_sign(search: EvidenceSearch, base: Hypothesis, sign: Candidate, gain: 
         search = replace(search, fitted=(*search.fitted, turned))
     if turned is None or turned.log_z < base.log_z + NEGLIGIBLE:
         return search
-    return _promising(search, turned, _new_beside(search, turned), turned.log_z)
+    return _promising(search, turned, _new_beside(search, turned), turned)
 
 
 def beside_start(search: EvidenceSearch, first: Open) -> EvidenceSearch:
@@ -75,7 +75,7 @@ def beside_start(search: EvidenceSearch, first: Open) -> EvidenceSearch:
     there = hypothesis_of(search.seen, suspects, with_columns(search.seen, start, first.base.at.jacobian, first.base.at.discrepancy))
     alone = hypothesis_of(search.seen, suspects, descended(search.seen, there.at))
     search = replace(search, fitted=at_best(search.fitted, alone))
-    return _promising(search, there, _new_beside(search, there), alone.log_z)
+    return _promising(search, there, _new_beside(search, there), alone)
 
 
 def _new_beside(search: EvidenceSearch, base: Hypothesis) -> list[Suspect]:
@@ -90,21 +90,32 @@ def in_its_place(search: EvidenceSearch, there: Hypothesis, descended_there: Hyp
     where that is fitted."""
     known = {h.labels for h in search.fitted} | {w.labels for w in search.waiting if w.base is there}
     suspects = [s for s in search.suspects_beside(there) if there.labels | {s.label} not in known]
-    return _promising(search, there, suspects, descended_there.log_z)
+    return _promising(search, there, suspects, descended_there)
 
 
-def _promising(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], level: float) -> EvidenceSearch:
+def _promising(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], reached: Hypothesis) -> EvidenceSearch:
     """The search with what every suspect promises beside one start among what waits."""
-    return replace(search, waiting=(*search.waiting, *_promised(search, start, suspects, level)))
+    reached, waiting = _promised(search, start, suspects, reached)
+    return replace(search, waiting=(*search.waiting, *waiting), fitted=at_best(search.fitted, reached))
 
 
-def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], level: float) -> list[Open]:
+def _promised(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect], reached: Hypothesis) -> tuple[Hypothesis, list[Open]]:
     """What every suspect promises beside one start, by what it changes there; the best promises followed along straight lines, which
-    promise something without any suspect as well. `level`: as in Open."""
+    promise something without any suspect as well. `reached`: to where one descent from there leads without one; the better one is told."""
     ranked = _ranked(search, start, suspects)
-    alone = start.log_z, followed(search.seen, start).log_z
+    straight = followed(search.seen, start)
+    reached, alone = _led(search, start, straight, reached), (start.log_z, straight.log_z)
     lines = side_by_side(search.seen, lambda p: _along_lines(search, start, p), ranked[:_FOLLOWED])
-    return [Open(start, p, line, alone, level) for p, line in [*lines, *((p, None) for p in ranked[_FOLLOWED:])]]
+    return reached, [Open(start, p, line, alone, reached.log_z) for p, line in [*lines, *((p, None) for p in ranked[_FOLLOWED:])]]
+
+
+def _led(search: EvidenceSearch, start: Hypothesis, straight: StraightFit, reached: Hypothesis) -> Hypothesis:
+    """To where a descent leads without any suspect from where lines do, if those promise more than one from the start has reached: a fit
+    with a suspect begins there too, and must not be credited with that."""
+    if straight.log_z <= reached.log_z:
+        return reached
+    point = with_columns(search.seen, straight.model, start.at.jacobian, straight.discrepancy)
+    return max(reached, hypothesis_of(search.seen, start.suspects, descended(search.seen, point)), key=lambda h: h.log_z)
 
 
 def _ranked(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect]) -> list[Promise]:

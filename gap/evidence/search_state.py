@@ -16,14 +16,15 @@ from gap.evidence.score.shares import Shares, of_weights
 from gap.evidence.screening import Promise
 from gap.suspects.candidates import candidates
 
-Start = tuple[frozenset[str], float]  # a set, and the ln Z to which one descent leads it
+Start = tuple[frozenset[str], float]  # a set, and its `level` in Open
 
 
 @dataclass(frozen=True, slots=True)
 class Open:
     """A set that is not fitted from one of its starts: `lines`, `base` and one more as straight lines tell. None where they were not
     followed: then the promise beside the old discrepancy stands for them. `alone`: ln Z of the start without the suspect, beside the
-    promise and along the lines: only what is more is the suspect's. `level`: ln Z to which one descent from this start leads without it."""
+    promise and along the lines; `level`: to which a descent leads without it, from the start or from where lines lead. Only what is more is
+    the suspect's."""
 
     base: Hypothesis
     promise: Promise
@@ -42,9 +43,10 @@ class Open:
 
     @property
     def gain(self) -> float:
-        """What ln Z of the set is promised to be above that of the base."""
+        """What ln Z of the set is promised to be above that of the base. Where lines end below what a descent reaches without the suspect,
+        what they gain with it makes up for that first, as constants would."""
         promised = self.promise.log_z - self.alone[0]
-        return max(promised, self.lines.log_z - self.alone[1]) if self.lines else promised
+        return max(promised, self.lines.log_z - max(self.alone[1], self.level)) if self.lines else promised
 
     @property
     def lines_end_early(self) -> bool:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gap.evidence.lines import followed
-from gap.evidence.promises import _along_lines, _ranked, in_its_place, widened
+from gap.evidence.promises import _along_lines, _promised, _ranked, in_its_place, widened
+from gap.evidence.refinement import hypothesis_of, opened
 from gap.evidence.score.hypothesis import Hypothesis, Seen, hypothesis_at
 from gap.evidence.screening import Screen, signatures_of
 from gap.evidence.search_state import EvidenceSearch
@@ -61,6 +62,24 @@ def test_what_waits_beside_a_fit_is_not_promised_there_again(search: EvidenceSea
     """The best set less one may stand where its rest is fitted: the same sets would be promised, and fitted, twice."""
     wide = widened(search, search.null)
     assert in_its_place(wide, search.null, search.null).waiting == wide.waiting
+
+
+def test_where_a_descent_led_nowhere_lines_tell_what_is_reached_without_a_suspect(search: EvidenceSearch) -> None:
+    """Case 0057 of the second study: from constants without a name that was gone no step gained; lines of any suspect led
+    80 higher, to where the constants alone are as well, and six suspects were fitted for that."""
+    model = search.null.model
+    away = model.with_theta(model.theta + 0.5 * np.array([free.scale for free in model.free]))
+    start = hypothesis_of(search.seen, (), opened(search.seen, away, search.null.at.discrepancy))
+    reached, waiting = _promised(search, start, search.suspects_beside(search.null), start)  # as if none had gained
+    assert reached.log_z > start.log_z + 5.0
+    assert {w.level for w in waiting} == {reached.log_z}
+
+
+def test_a_start_at_its_floor_is_not_fitted_again(search: EvidenceSearch) -> None:
+    reached, _ = _promised(
+        search, search.null, search.suspects_beside(search.null)[:1], replace(search.null, log_z=search.null.log_z + 1.0)
+    )
+    assert reached.log_z == search.null.log_z + 1.0
 
 
 @pytest.mark.parametrize("times", [1.0, 1e-3])

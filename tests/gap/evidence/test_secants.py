@@ -98,7 +98,7 @@ def test_nothing_is_tried_where_the_number_stands_or_beyond_its_range(search: Ev
 @pytest.mark.slow
 def test_lines_about_the_stated_number_do_not_lead_to_it_and_those_of_the_search_do(search: EvidenceSearch) -> None:
     suspect = hysteresis(search)
-    (waiting,) = _promised(search, search.null, [suspect], search.null.log_z)
+    _, (waiting,) = _promised(search, search.null, [suspect], search.null)
     assert isinstance(waiting.promise.signature, Secant)
     assert waiting.lines is not None
     about = followed(search.seen, search.null, Promise(suspect, 0.0))
