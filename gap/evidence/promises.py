@@ -21,6 +21,7 @@ from gap.evidence.score.hypothesis import Hypothesis, Seen, Suspect, doubtful, h
 from gap.evidence.screening import LinearSignature, Promise, Screen, signatures_of, start_of
 from gap.evidence.search_state import EvidenceSearch, Open, at_best
 from gap.evidence.secants import Secant, secant_where_led, secants_to
+from gap.evidence.set_fits import evidence_of
 from gap.evidence.side_by_side import side_by_side
 from gap.evidence.where_shown import changed_by, first_lines, sizes_shown, taken_there, taken_where_led
 from gap.fitting.model import Model
@@ -74,7 +75,6 @@ def beside_start(search: EvidenceSearch, first: Open) -> EvidenceSearch:
     start, suspects = start_of(first.base.model, first.promise), (*first.base.suspects, first.promise.suspect)
     there = hypothesis_of(search.seen, suspects, with_columns(search.seen, start, first.base.at.jacobian, first.base.at.discrepancy))
     alone = hypothesis_of(search.seen, suspects, descended(search.seen, there.at))
-    search = replace(search, fitted=at_best(search.fitted, alone))
     return _promising(search, there, _new_beside(search, there), alone)
 
 
@@ -115,7 +115,7 @@ def _led(search: EvidenceSearch, start: Hypothesis, straight: StraightFit, reach
     if straight.log_z <= reached.log_z:
         return reached
     point = with_columns(search.seen, straight.model, start.at.jacobian, straight.discrepancy)
-    return max(reached, hypothesis_of(search.seen, start.suspects, descended(search.seen, point)), key=lambda h: h.log_z)
+    return max(reached, hypothesis_of(search.seen, start.suspects, descended(search.seen, point)), key=evidence_of)
 
 
 def _ranked(search: EvidenceSearch, start: Hypothesis, suspects: Sequence[Suspect]) -> list[Promise]:
