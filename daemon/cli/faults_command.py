@@ -67,7 +67,7 @@ def _measured(arguments: argparse.Namespace) -> list[FaultRow]:
     slow = arguments.slow_trials or (1 if arguments.quick else matrix.SLOW_TRIALS)
     numbers = {FaultPlace.LOOP: trials, FaultPlace.PROCESSES: slow, FaultPlace.TWIN: slow}
     rows = []
-    with ProcessBench() as processes, TwinBench() as twin:
+    with ProcessBench() as processes, TwinBench(processes.end) as twin:
         chosen = _chosen(matrix.all_faults(processes, twin), arguments)
         before = trial_file.read(arguments.keep) if arguments.keep else {}
         for row in matrix.run_matrix(chosen, numbers, arguments.median, before):
