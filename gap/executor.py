@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
+from threading import Thread
 from typing import Any, TypeVar
 
 from config.errors import ConfigError, Mend
@@ -34,19 +35,23 @@ def _to_stderr(line: str) -> None:
 def executor(workers: int | None = None, dask: str | None = None, progress: Progress = _to_stderr) -> Iterator[Executor]:
     """`workers` processes (default: one a processor), or the workers of the Dask scheduler at `dask` ("tcp://host:8786").
 
-    Leaving the context waits for nothing: what has not begun is cancelled. ConfigError without the extra `longreach[dask]`, when
-    the scheduler does not answer, or when no worker joins it within a minute; `progress` is told while it waits for one.
+    Leaving the context waits for nothing: what has not begun is cancelled, processes of this machine end whatever they do, as they do
+    when this one is killed. ConfigError without the extra `longreach[dask]`, when the scheduler does not answer, or when no worker joins
+    it within a minute; `progress` is told while it waits for one.
     """
     if dask is not None:
         with _dask_executor(dask, progress) as pool:
             yield pool
         return
     # spawn: a forked copy of a process with threads and compiled code may hang
-    pool_of_processes = ProcessPoolExecutor(workers or os.cpu_count() or 1, multiprocessing.get_context("spawn"), _one_thread)
+    pool_of_processes = ProcessPoolExecutor(workers or os.cpu_count() or 1, multiprocessing.get_context("spawn"), _begin_worker)
+    others = set(multiprocessing.active_children())
     try:
         yield pool_of_processes
     finally:
         pool_of_processes.shutdown(wait=False, cancel_futures=True)
+        for worker in set(multiprocessing.active_children()) - others:
+            worker.terminate()
 
 
 def each(pool: Executor, work: Callable[[Task], Answer], tasks: Sequence[Task]) -> Iterator[tuple[int, Answer]]:
@@ -111,6 +116,15 @@ async def _identity(address: str) -> dict[str, Any]:
     return answer
 
 
-def _one_thread() -> None:
+def _begin_worker() -> None:
     for name in THREADS_OF_LIBRARIES:
         os.environ[name] = "1"
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """A search goes on for minutes after whoever asked for it was killed, beside a rig's loop."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)

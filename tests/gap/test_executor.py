@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from socketserver import BaseRequestHandler, ThreadingTCPServer
 from threading import Thread
@@ -51,6 +55,44 @@ def test_tasks_run_in_other_processes_and_a_failing_one_is_raised_here() -> None
         assert {pid for _, pid in each(pool, process_of, [0, 1])}.isdisjoint({os.getpid()})
         with pytest.raises(ValueError, match="task 3"):
             list(each(pool, fails, [3]))
+
+
+@pytest.mark.slow
+def test_what_a_process_does_ends_when_the_context_is_left() -> None:
+    with executor(1) as pool:
+        (worker,) = {pid for _, pid in each(pool, process_of, [0])}
+        pool.submit(time.sleep, 600.0)
+    assert ended(worker)
+
+
+@pytest.mark.slow
+def test_what_a_process_does_ends_when_whoever_asked_is_killed() -> None:
+    asking = subprocess.Popen([sys.executable, "-c", ASKS], stdout=subprocess.PIPE, text=True)
+    assert asking.stdout is not None
+    worker = int(asking.stdout.readline())
+    asking.kill()
+    asking.wait()
+    assert ended(worker)
+
+
+ASKS = """
+import os, time
+from gap.executor import executor
+if __name__ == "__main__":
+    with executor(1) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        pool.submit(time.sleep, 600.0).result()
+"""
+
+
+def ended(pid: int) -> bool:
+    limit = time.monotonic() + 20.0
+    status = Path(f"/proc/{pid}/status")
+    with suppress(OSError):  # nobody has waited for it, or it is gone
+        while "\nState:\tZ" not in status.read_text():
+            assert time.monotonic() < limit
+            time.sleep(0.01)
+    return True
 
 
 @pytest.fixture
