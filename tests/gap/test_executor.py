@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from socketserver import BaseRequestHandler, ThreadingTCPServer
 from threading import Thread
@@ -21,6 +20,8 @@ from config.loading.load import rig_from_text
 from daemon.cli.main import main
 from gap.executor import each, executor
 from gap.study import line, run_search, run_study, searches
+from tests.support.daemon.processes import is_alive
+from tests.support.daemon.running_daemon import until
 from tests.support.gap.axis_logs import axis_text, simulated, write
 
 
@@ -62,7 +63,7 @@ def test_what_a_process_does_ends_when_the_context_is_left() -> None:
     with executor(1) as pool:
         (worker,) = {pid for _, pid in each(pool, process_of, [0])}
         pool.submit(time.sleep, 600.0)
-    assert ended(worker)
+    until(lambda: not is_alive(worker), 20.0)
 
 
 @pytest.mark.slow
@@ -72,7 +73,7 @@ def test_what_a_process_does_ends_when_whoever_asked_is_killed() -> None:
     worker = int(asking.stdout.readline())
     asking.kill()
     asking.wait()
-    assert ended(worker)
+    until(lambda: not is_alive(worker), 20.0)
 
 
 ASKS = """
@@ -83,16 +84,6 @@ if __name__ == "__main__":
         print(pool.submit(os.getpid).result(), flush=True)
         pool.submit(time.sleep, 600.0).result()
 """
-
-
-def ended(pid: int) -> bool:
-    limit = time.monotonic() + 20.0
-    status = Path(f"/proc/{pid}/status")
-    with suppress(OSError):  # nobody has waited for it, or it is gone
-        while "\nState:\tZ" not in status.read_text():
-            assert time.monotonic() < limit
-            time.sleep(0.01)
-    return True
 
 
 @pytest.fixture
