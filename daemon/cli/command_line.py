@@ -1,6 +1,7 @@
 """Runs the command that was named and turns errors into exits; `commands` lists them all.
 
-Exit statuses: 0 done, 1 refused (with the reason), 2 wrong usage, 3 unusable data, 130 interrupted.
+Exit statuses: 0 done, 1 refused (with the reason), 2 wrong usage, 3 unusable data, 128 and its number where a signal ended it (130:
+interrupted).
 """
 
 from __future__ import annotations
@@ -8,11 +9,15 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import signal
 import sys
+import threading
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from types import FrameType
 
-from config.errors import EXIT_INTERRUPTED, EXIT_REFUSED, LongreachError
+from config.errors import EXIT_REFUSED, LongreachError
 from config.whole_file import refused_by_system
 from daemon.cli.commands import Parser, add_commands
 from daemon.cli.connection import asks_daemon
@@ -21,6 +26,14 @@ from daemon.cli.refusal import close_output, report
 TRACEBACK = "LONGREACH_TRACEBACK"  # in the environment: where an internal error came from
 DAEMON_GOES_ON = "; the daemon goes on: `longreach status` shows what it does, `longreach stop` stops motion"
 RunCommand = Callable[[argparse.Namespace], int]
+
+
+class Ended(KeyboardInterrupt):
+    """A signal that ends a program: whatever Ctrl-C does, an arm brought to rest and half a file taken away, is done then too."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -41,14 +54,16 @@ def run(words: Sequence[str]) -> int:
         _write_to_any_terminal()
         build_parser().parse_args(words, arguments)
         command: RunCommand = arguments.run_command
-        status = command(arguments)
+        with _ended_by_signals():
+            status = command(arguments)
         print(end="", flush=True)  # a full disk is told like any other refusal
         return status
     except BrokenPipeError:
         return EXIT_REFUSED
-    except KeyboardInterrupt:
-        print(f"interrupted{DAEMON_GOES_ON if asks_daemon(arguments) else ''}", file=sys.stderr)
-        return EXIT_INTERRUPTED
+    except KeyboardInterrupt as ended:
+        with suppress(OSError):  # the terminal may be gone
+            print(f"interrupted{DAEMON_GOES_ON if asks_daemon(arguments) else ''}", file=sys.stderr)
+        return 128 + (ended.number if isinstance(ended, Ended) else signal.SIGINT)
     except Exception as error:
         if TRACEBACK in os.environ:
             raise
@@ -57,6 +72,27 @@ def run(words: Sequence[str]) -> int:
         return refusal.exit_status
     finally:
         close_output()
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """SIGTERM and the end of the terminal raise `Ended`, the first of them only: they come in pairs, and the second one must not cut short
+    the way to rest. What `nohup` ignores stays ignored."""
+    own = threading.current_thread() is threading.main_thread()
+    numbers = [n for n in (signal.SIGTERM, signal.SIGHUP) if own and signal.getsignal(n) is signal.SIG_DFL]
+
+    def end(number: int, _: FrameType | None) -> None:
+        for each in numbers:
+            signal.signal(each, signal.SIG_IGN)
+        raise Ended(number)
+
+    for number in numbers:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def as_refusal(error: Exception) -> LongreachError:

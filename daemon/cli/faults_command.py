@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import shlex
-import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -45,7 +44,6 @@ def _faults(arguments: argparse.Namespace) -> int:
     from daemon.cli.shown.rich_console import console
     from daemon.faults import report
 
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # an end with its cleaning up, as by Ctrl-C
     rows = _measured(arguments)
     if arguments.json:
         print(json.dumps([row.as_dict() for row in rows]))

@@ -203,7 +203,7 @@ class DaemonBench:
         self._client.call("arm")
         try:
             ran = self._armed_run(request, stop_after_s)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, OSError):  # Ctrl-C, a terminal that is gone: nobody looks after the arm any more
             self._client.call("stop")
             self._until(AT_REST)
             raise

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import io
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -77,3 +81,43 @@ def test_an_interrupt_before_the_words_are_read_is_no_traceback(monkeypatch: pyt
 def test_python_runs_the_package_too() -> None:
     ran = subprocess.run([sys.executable, "-m", "longreach", "version", "--json"], capture_output=True, text=True, check=True)
     assert "software_version" in json.loads(ran.stdout)
+
+
+def signalled(*numbers: int, rest: Callable[[], None] = lambda: None) -> object:
+    """A command that gets a signal and, while it brings things to rest, the others."""
+
+    def command(_: object) -> int:
+        try:
+            os.kill(os.getpid(), numbers[0])
+            time.sleep(60)
+        except KeyboardInterrupt:
+            for number in numbers[1:]:
+                os.kill(os.getpid(), number)
+            rest()
+            raise
+        return 0
+
+    return command
+
+
+@pytest.mark.parametrize("numbers", [(signal.SIGTERM,), (signal.SIGHUP, signal.SIGTERM, signal.SIGHUP)])
+def test_a_signal_that_ends_programs_is_an_interrupt_that_a_second_one_does_not_cut_short(
+    numbers: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rested: list[str] = []
+    command = signalled(*numbers, rest=lambda: rested.append("at rest"))
+    monkeypatch.setattr("daemon.cli.operate.version_command._version", command)
+    assert main(["version"]) == 128 + numbers[0]
+    assert rested == ["at rest"]
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_what_nohup_ignores_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time, "sleep", lambda _: None)
+    monkeypatch.setattr("daemon.cli.operate.version_command._version", signalled(signal.SIGHUP))
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert main(["version"]) == 0
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
