@@ -24,12 +24,11 @@ def export(log: Log, out: str | Path, columns: Sequence[str] | None = None) -> i
     Raises UsageError for a column the log does not have or an ending it does not know, WriteError for a file that cannot be written.
     """
     names = ["t_s", *(name for name in columns or log.columns if name != "t_s")]
-    for name in names:
-        if name not in log.columns:
-            advice = f"The log has: {', '.join(log.columns)}; {asked('info', log.path)} shows which hold numbers."
-            better = nearest(name, log.columns)
-            what, mend = f"the log has no column {name!r}{nearest_text(name, log.columns)}", {name: better} if better else {}
-            raise UsageError(what, where=str(log.path), next_step=advice, mend=mend)
+    if wrong := [name for name in names if name not in log.columns]:
+        advice = f"The log has: {', '.join(log.columns)}; {asked('info', log.path)} shows which hold numbers."
+        what = "; ".join(f"the log has no column {name!r}{nearest_text(name, log.columns)}" for name in wrong)
+        meant = {name: better for name in wrong if (better := nearest(name, log.columns))}
+        raise UsageError(what, where=str(log.path), next_step=advice, mend=meant if len(meant) == len(wrong) else {})
     out = Path(out)
     if out.suffix.lower() not in WRITERS:
         better, known = str(out.with_suffix(".csv")), ", ".join(WRITERS)

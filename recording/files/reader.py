@@ -215,9 +215,10 @@ def _cut_text(damage: Damage, columns: dict[str, Column], metadata: dict[str, di
         return f"This log was recovered: the recording had been cut {end}." if "recovered" in metadata else "The recording was not closed."
     if not len(columns["t_s"]):
         return f"The log was cut before its first cycle: {'; '.join(damage.sentences)}."
-    where = f"The log was cut at t = {columns['t_s'][-1]:.3f} s, after cycle {columns['cycle'][-1]}"
+    cut = f"The log was cut at t = {columns['t_s'][-1]:.3f} s, after cycle {columns['cycle'][-1]}"
+    where, whole = ("The log is damaged", "All that was closed is here") if damage.closed else (cut, "Everything before is here")
     dropped = damage.dropped_chunks
-    kept = f"{dropped} chunk{'s' * (dropped > 1)} of records left out, the rest is here" if dropped else "Everything before is here"
+    kept = f"{dropped} chunk{'s' * (dropped > 1)} of records left out, the rest is here" if dropped else whole
     return f"{where}: {'; '.join(damage.sentences)}. {kept}; `longreach log recover` makes a whole file of it."
 
 

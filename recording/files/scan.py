@@ -120,6 +120,8 @@ def _records(view: memoryview, damage: Damage) -> Iterator[tuple[int, int, int]]
             damage.end_byte = at
             if not damage.closed:
                 damage.sentences.append("the file's end mark is missing")
+            elif rest := len(view) - at - len(MAGIC):
+                damage.sentences.append(f"{rest} byte{'s' * (rest > 1)} that belong to no log follow the file's end mark")
             return
 
 

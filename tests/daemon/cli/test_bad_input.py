@@ -219,7 +219,6 @@ def test_what_to_change_in_a_maneuver_file_is_told_with_its_line_and_the_same_co
         (["simulate", "ornl_testbed", "hold", "-o", "b.csv"], "longreach simulate ornl_testbed hold -o b.mcap"),
         (["log", "plot", "a.mcap", "b.mcap", "-o", "a.png"], "longreach log plot a.mcap b.mcap"),
         (["design", "force_axis", "--schedule", "--tip-gain", "0.1"], "longreach design force_axis"),
-        (["design", "force_axis", "--export", "a.txt"], "longreach design force_axis --export a.mat"),
         (["runs", ".", "--since", "yesterday"], "longreach runs . --since 2026-05-31"),
         (["import", "table.csv"], "longreach import table.csv -o table.mcap"),
         (["import", "table.csv", "-o", "out.mcap"], "longreach import table.csv -o out.mcap"),
@@ -237,6 +236,17 @@ def test_the_command_to_type_again_has_what_fits(
     (tmp_path / "table.csv").write_text("t_s,axis.position\n0,1\n1\n")
     assert main(words) != 0
     assert capsys.readouterr().err.splitlines()[-1] == f"next: {typed}"
+
+
+def test_a_table_of_a_damaged_log_says_what_it_lacks(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content = bytearray(log.read_bytes())
+    content[len(content) // 2] ^= 0x10
+    (tmp_path / "flip.mcap").write_bytes(content)
+    assert main(["log", "export", str(tmp_path / "flip.mcap")]) == 0
+    told = capsys.readouterr().err
+    assert "The log is damaged: " in told
+    assert "cut" not in told
+    assert "`longreach log recover`" in told
 
 
 def test_truncated_log_is_read_named_and_repaired(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

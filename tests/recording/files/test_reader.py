@@ -292,6 +292,20 @@ def test_recover_has_nothing_to_do_for_a_whole_log(whole: Whole, tmp_path: Path)
     assert not (tmp_path / "b.mcap").exists()
 
 
+@pytest.mark.parametrize("tail", [b"x", b"more of something else\n" * 40])
+def test_what_follows_the_end_mark_is_told_and_left_out_by_a_repair(whole: Whole, tmp_path: Path, tail: bytes) -> None:
+    """The reader of the mcap library ends in an error there."""
+    from mcap.reader import make_reader
+
+    (tmp_path / "a.mcap").write_bytes(whole.content + tail)
+    assert not check_log(tmp_path / "a.mcap").good
+    assert f"{len(tail)} byte" in read_log(tmp_path / "a.mcap").cut_text
+    assert recover(tmp_path / "a.mcap", tmp_path / "b.mcap").cycles == 300
+    assert check_log(tmp_path / "b.mcap").findings[0].grade != "error"
+    with (tmp_path / "b.mcap").open("rb") as file:
+        assert sum(1 for _ in make_reader(file).iter_messages(["/cycle"])) == 300
+
+
 def test_a_recovered_log_needs_no_second_repair(whole: Whole, tmp_path: Path) -> None:
     (tmp_path / "cut.mcap").write_bytes(whole.content[:-100])
     recover(tmp_path / "cut.mcap", tmp_path / "a.mcap")

@@ -75,6 +75,13 @@ def test_runs_are_filtered(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert len(listed(capsys, place, "--last", "1")) == 1
 
 
+def test_where_no_run_is_left_the_option_that_left_none_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["runs", str(folder), "--maneuver", "jgo"]) == 0
+    assert capsys.readouterr().out == "3 runs, none with --maneuver jgo (there are: jog, paper_line)\n"
+    assert main(["runs", str(folder), "--maneuver", "paper*", "--invalid"]) == 0
+    assert capsys.readouterr().out == "3 runs, none of which all options allow\n"
+
+
 def test_residual_vibration_is_measured_once_a_log(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
