@@ -108,6 +108,25 @@ def test_an_unknown_shipped_name_is_answered_with_the_nearest() -> None:
         find("rigs", "ornl_testbet")
 
 
+@pytest.mark.parametrize(("kind", "name"), [("maneuvers", "my_line"), ("maneuvers", "my_jog"), ("rigs", "my_rig")])
+def test_no_other_rig_or_motion_is_proposed_for_a_name_of_ones_own(
+    kind: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError) as refused:
+        find(kind, name)
+    assert "nearest" not in str(refused.value)
+    Path(f"{name}.yaml").touch()
+    with pytest.raises(ConfigError, match="A file of that name is here") as refused:
+        find(kind, name)
+    assert refused.value.refusal.mend == {name: f"{name}.yaml"}
+
+
+def test_the_beginning_of_a_shipped_name_is_enough_to_propose_it() -> None:
+    with pytest.raises(ConfigError, match="nearest is 'ornl_testbed'"):
+        find("rigs", "ornl")
+
+
 def test_the_same_text_again_is_the_same_rig() -> None:
     text = load_rig("ornl_testbed").text
     assert rig_from_text(text, "again.yaml") is rig_from_text(text, "again.yaml")
