@@ -9,10 +9,10 @@ from config.errors import DaemonError
 from config.options.canopen_rig import proofs
 from config.schema.rig import Rig
 from daemon.checks.declared.safe_state_proof import pressure_is_measured
+from daemon.server.protocol import LONGEST_COUNTDOWN_S
 from servo_control.signals import Mode
 
 _KEYS = {"countdown_s", "pressure_is_off"}
-LONGEST_COUNTDOWN_S = 60.0
 
 
 def proof_countdown_s(rig: Rig, params: Mapping[str, Any]) -> float:

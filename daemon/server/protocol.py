@@ -24,6 +24,7 @@ from config.errors import DaemonError, LongreachError
 VERSION = 1
 MAX_LINE_BYTES = 1 << 20
 DEFAULT_TIMEOUT_S = 30.0
+LONGEST_COUNTDOWN_S, LONGEST_SETTLE_S = 60.0, 600.0  # before a motion: of its announcement, of waiting for rest
 _LONGER_S = {"prove": 50.0, "reset": 10.0}  # a rig's longest countdown and all proofs; a recorder and all devices set up anew
 _WAITS = ("timeout_s", "settle_s", "countdown_s")  # parameters by which an answer comes later
 

@@ -21,12 +21,12 @@ from daemon.server.event_history import RunResult
 from daemon.server.live_values import LiveValues, since_t_s, units_answer
 from daemon.server.loop_access import ANSWER_LIMIT_S, LoopAccess, SupervisedLoop
 from daemon.server.proof_request import proof_answer, proof_countdown_s
+from daemon.server.protocol import LONGEST_SETTLE_S
 from daemon.server.set_point_requests import SetPointRequests
 from daemon.server.start_request import judged_maneuvers, start_run, start_stream
 from servo_control.signals import Mode
 
 LONGEST_WAIT_S = 3600.0
-LONGEST_SETTLE_S = 600.0
 SETTLE_POLL_S = 0.02
 LONGEST_PROOF_S = 15.0  # of all devices; one takes about half a second
 SET_UP_LIMIT_S = 20.0  # of all devices that have lost their settings

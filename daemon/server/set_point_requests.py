@@ -49,13 +49,13 @@ class SetPointRequests:
         self._has_tip = rig.arm.kind == "rotary_prismatic"
         self._run = 0
         self._owner: Callable[[], bool] = lambda: True
-        self._over = True
+        self._over = "none was begun"
         self._lateness = Lateness()
         self._watching: asyncio.Task[None] | None = None
 
     def begin(self, run: int) -> None:
         """Who asked for this run drives it."""
-        self._run, self._owner, self._over, self._lateness = run, client(), False, Lateness()
+        self._run, self._owner, self._over, self._lateness = run, client(), "", Lateness()
         self._watching = asyncio.create_task(self._watch(run))
 
     async def set_point(self, params: dict[str, Any]) -> dict[str, Any]:
@@ -63,14 +63,16 @@ class SetPointRequests:
         self._refuse_others(params)
         try:
             point = self._parsed(params)
-        except DaemonError:
-            self._send(SetPoint(self._run, Wanted.RATE, (nan,) * len(self._joints), 0.0), over=True)
+        except DaemonError as error:
+            self._send(SetPoint(self._run, Wanted.RATE, (nan,) * len(self._joints), 0.0), over=str(error))
             raise
-        self._send(point, over=point.wanted == Wanted.END or not all(map(isfinite, point.values)))
+        bad = "" if all(map(isfinite, point.values)) else "a set point was no finite number"
+        self._send(point, over="its driver ended it" if point.wanted == Wanted.END else bad)
         return {"run": self._run, "validity": self._history.runs[self._run].validity}
 
-    def _send(self, point: SetPoint, over: bool) -> None:
-        """The loop takes the newest set point: what ends the run must not be overtaken, and takes back one that does not move yet."""
+    def _send(self, point: SetPoint, over: str) -> None:
+        """The loop takes the newest set point: what ends the run must not be overtaken, and takes back one that does not move yet. `over`:
+        why it ends the run; nothing where it goes on."""
         self._over = over
         self._post(point)
         if over:
@@ -86,7 +88,9 @@ class SetPointRequests:
         if client() is not self._owner:
             raise DaemonError("another client drives this run", value=self._run, next_step="Only who asked for a run drives it.")
         if self._over or run.validity != "running":
-            raise DaemonError("the run is over", value=run.reason or run.validity, next_step="Ask for another one with `stream`.")
+            raise DaemonError(
+                "the run is over", value=run.reason or self._over or run.validity, next_step="Ask for another one with `stream`."
+            )
 
     def _parsed(self, params: Mapping[str, Any]) -> SetPoint:
         unknown = sorted(set(params) - _KEYS)
@@ -124,7 +128,7 @@ class SetPointRequests:
         """A client that hangs up without an end of its run stops the arm at once; the time-out would a little later."""
         while self._run == run and not self._over and self._history.runs[run].validity == "running":
             if self._owner():
-                self._send(SetPoint(run, Wanted.CLIENT_LEFT, (), 0.0), over=True)
+                self._send(SetPoint(run, Wanted.CLIENT_LEFT, (), 0.0), over="its client hung up")
                 return
             await asyncio.sleep(LEFT_POLL_S)
 

@@ -16,6 +16,7 @@ from config.parsing.yaml_tree import parse
 from config.schema.maneuver import maneuver_content
 from config.schema.rig import Rig
 from daemon.loop.command import StartRun
+from daemon.server.protocol import LONGEST_COUNTDOWN_S
 from servo_control.planning.mending import plan_or_mend
 from servo_control.planning.run_request import BY_HAND, RunRequest
 from servo_control.planning.runnable import why_not
@@ -69,8 +70,8 @@ def _refuse_unknown(method: str, params: Mapping[str, Any], keys: set[str]) -> N
 
 def _countdown_s(rig: Rig, params: Mapping[str, Any]) -> float:
     countdown_s = _typed(params, "countdown_s", (int, float), rig.loop.countdown_s)
-    if not 0.0 <= countdown_s <= 60.0:
-        raise DaemonError("countdown out of range", value=countdown_s, limit="0 to 60", unit="s")
+    if not 0.0 <= countdown_s <= LONGEST_COUNTDOWN_S:
+        raise DaemonError("countdown out of range", value=countdown_s, limit=f"0 to {LONGEST_COUNTDOWN_S:g}", unit="s")
     return float(countdown_s)
 
 

@@ -46,15 +46,21 @@ class Stream:
 
     def rate(self, **joints: float) -> None:
         """Rates in rad/s or m/s; joints that are not named stand still. Raises why the run is over when it is."""
-        self._send(rate=joints)
+        self._send(rate=self._of_rig(joints))
 
     def target(self, **joints: float) -> None:
         """Positions of every joint in rad or m: the arm goes there as fast as it may."""
-        self._send(target=joints)
+        self._send(target=self._of_rig(joints))
 
     def tip(self, x_mps: float, y_mps: float) -> None:
         """Velocity of the tip in the plane: y along the arm at rotary 0, x to the right of it."""
         self._send(tip_mps=[x_mps, y_mps])
+
+    def _of_rig(self, joints: dict[str, float]) -> dict[str, float]:
+        """A slip in a name is refused here: one that reached the loop would end the run."""
+        if unknown := sorted(joints.keys() - self.limits.keys()):
+            raise DaemonError("no such joint", value=", ".join(unknown), limit=", ".join(self.limits))
+        return joints
 
     def _send(self, **wanted: Any) -> None:
         self._client.call("set_point", run=self.run, t_s=time.monotonic(), **wanted)
@@ -72,6 +78,10 @@ class Stream:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        """After an error the client's hanging up or the time-out stops the arm as well; this is sooner."""
+        """After an error the client's hanging up or the time-out stops the arm as well; this is sooner. DaemonError when the run is not
+        valid and nobody has asked how it ended."""
+        asked = self._result is not None
         if kind is None or not issubclass(kind, (OSError, DaemonError)):
-            self.end()
+            ended = self.end()
+            if kind is None and not asked and ended["validity"] == "invalid":
+                raise DaemonError("the run is not valid", value=ended["reason"], where=str(ended["log"]))

@@ -249,6 +249,8 @@ def test_nan_in_json_reaches_the_loop_as_such(requests: LockstepRequests) -> Non
         await driver.driving()
         line = b'{"v":1,"id":1,"method":"set_point","params":{"run":%d,"rate":{"rotary":NaN}}}' % driver.run
         assert "result" in json.loads(await answer(line, requests.handlers.methods))
+        with pytest.raises(DaemonError, match="the run is over: a set point was no finite number"):  # before the loop has said so
+            await driver.call("set_point", run=driver.run, **GOOD)
         assert "set point usable" in (await driver.settled())["reason"]
 
     asyncio.run(scene())
