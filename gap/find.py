@@ -17,20 +17,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from config.errors import LogError, PlantError
+from config.errors import LogError, PlantError, UsageError
 from config.loading.load import LoadedRig, load_rig
 from config.progress import Progress
-from config.whole_file import write_whole
+from config.whole_file import free_name, write_whole
 from gap.conclusion import concluded
 from gap.data.channel_check import comparable
 from gap.data.coarse_steps import CoarseStep, coarse_steps
 from gap.data.data_check import DataProblem, check, refuse_pairing, same_maneuver
 from gap.data.experiments import experiments_of
 from gap.data.log_parts import load_parts
+from gap.data.logged_run import given_request
 from gap.data.measured import Measured
 from gap.data.windows import Experiment
 from gap.fitting.evaluation import Evaluation
@@ -60,11 +62,15 @@ def find(
     settings: Settings = DEFAULTS,
     unused: Sequence[Path] = (),
 ) -> Found:
-    """Search and write findings.json, rig.yaml and report.html into `out`. LogError (exit 3) for unusable data.
+    """Search and write findings.json, rig.yaml and report.html into `out`. LogError (exit 3) for unusable data; what would only be seen
+    after minutes, an `out` that takes nothing or a request that is none, is refused before.
 
     `unused`: logs that neither fit nor decide; the result is judged on them too.
     """
     loaded = load_rig(rig)
+    _make_room(out, loaded.path, progress)
+    if settings.request is not None:
+        given_request(settings.request, [])
     sentences = FileUnits(loaded.text, settings.si).sentences
     try:
         found = search_gap(
@@ -80,6 +86,18 @@ def find(
     progress("writing the report")
     write_report(found, out / "report.html", fresh, settings.request, settings.si)
     return found
+
+
+def _make_room(out: Path, rig: str, progress: Progress) -> None:
+    """UsageError where the search's own rig file lies under the name of the improved one, OSError where nothing can be
+    written."""
+    if (out / "rig.yaml").exists() and Path(rig).exists() and (out / "rig.yaml").samefile(rig):
+        advice, mend = "Give another folder for the results.", {"--out": str(free_name(out))}
+        raise UsageError("the rig file would be written over by the improved one", where=rig, next_step=advice, mend=mend)
+    with TemporaryFile(dir=next(each for each in (out, *out.absolute().parents) if each.exists())):
+        pass
+    if (out / "findings.json").exists():
+        progress(f"the results of an earlier search in {out} will be replaced")
 
 
 def search_gap(
@@ -147,10 +165,8 @@ def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
     if fatal:
         more = f" ({len(fatal) - 1} more)" if len(fatal) > 1 else ""
         place = f"{fatal[0].where}: {fatal[0].channel}" if fatal[0].channel else fatal[0].where
-        rig, log = loaded.path, fatal[0].where
-        advice = (
-            f"All of it: longreach log check {log} --rig {rig}. A good part of the log: {log}@FROM:TO. Columns and units: longreach import."
-        )
+        log = fatal[0].where
+        advice = f"A good part of the log: {log}@FROM:TO. Columns and units: `longreach import --help`."
         raise LogError(fatal[0].what + more, where=place, next_step=advice)
     return problems
 

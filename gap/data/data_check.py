@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from config.checking.actuator_sizes import actuator_sizes
 from config.errors import LogError
 from config.schema.rig import Rig
 from gap.data.channel_check import CLIPPED, DataProblem, channel_problems, log_moves, moves, quantum
@@ -24,6 +25,8 @@ POLARITY = -0.8
 CROSSED = 0.8  # correlation of a joint's rate with another joint's command …
 UNMOVED = 0.4  # … while its own says so little
 _BLOCK_S = 0.5
+SLOWEST = 100.0  # times slower than its command asks for: no leak and no wear does that to a joint that moves
+_OPEN = 0.02  # of the rows, with a command that opens the valve well, from which something is said of speeds
 
 
 def refuse_pairing(fit: Sequence[Measured], holdout: Sequence[Measured]) -> None:
@@ -115,7 +118,12 @@ def _against_command(log: Measured, rig: Rig, joint: str, channel: MeasuredChann
     """A driven joint's position beside what was asked of it."""
     threshold = 0.2 * _full_scale(rig, joint)
     if moving:
-        return [*_stuck(log, channel, commands, threshold), *_wrong_way(log, channel, commands), *_outside_travel(log, channel, rig, joint)]
+        found = [
+            *_stuck(log, channel, commands, threshold),
+            *_wrong_way(log, channel, commands),
+            *_outside_travel(log, channel, rig, joint),
+        ]
+        return found or _too_slow(log, channel, commands, rig, joint)
     if np.ptp(commands) <= threshold:
         return []
     what = f"does not change although {joint}.command_V spans {np.ptp(commands):.3g} V: stuck channel or locked joint"
@@ -141,6 +149,23 @@ def _wrong_way(log: Measured, channel: MeasuredChannel, commands: Array) -> list
         return []
     what = f"moves against its command (correlation {correlation:.2f}): sign of the sensor or of the command"
     return [DataProblem(what, channel.name, str(log.path), False)]
+
+
+def _too_slow(log: Measured, channel: MeasuredChannel, commands: Array, rig: Rig, joint: str) -> list[DataProblem]:
+    """A valve that is open turns or moves its joint at some share of its full speed; a hundredth of that is a time in ms read as s."""
+    sizes = actuator_sizes(rig, joint)
+    open_rows = np.abs(commands) > 0.2 * _full_scale(rig, joint)
+    if sizes is None or np.mean(open_rows) < _OPEN:
+        return []
+    rates = np.abs(np.gradient(channel.values, log.t_s))[open_rows]
+    fastest, asked = (
+        float(np.nanquantile(rates, 0.9)),
+        sizes.full_speed * float(np.median(np.abs(commands[open_rows]))) / sizes.full_scale_V,
+    )
+    if fastest * SLOWEST > asked:
+        return []
+    what = f"moves at {fastest:.3g} {channel.unit}/s at most where its command asks for {asked:.3g}: are the times in ms?"
+    return [DataProblem(what, channel.name, str(log.path), True)]
 
 
 def _rate_with_command(log: Measured, channel: MeasuredChannel, commands: Array) -> float:

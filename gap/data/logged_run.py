@@ -97,10 +97,11 @@ def logged_run(path: Path, rig: Rig, given: Path | None) -> LoggedRun | str:
         missing = [f"{joint}.reference" for joint in rig.joints if f"{joint}.reference" not in columns]
         return NEITHER.format(missing=", ".join(missing)) if missing else LoggedRun(columns, True, None)
     run = LoggedRun(columns, begun, RunRequest.from_json(attached) if given is None and attached else None)
-    return run if run.request else replace(run, request=_given(given, run.start(rig)) if given else None)
+    return run if run.request else replace(run, request=given_request(given, run.start(rig)) if given else None)
 
 
-def _given(path: Path, start: list[float]) -> RunRequest:
+def given_request(path: Path, start: list[float]) -> RunRequest:
+    """The run of a maneuver file or a request (JSON). ManeuverError, or OSError, for a file that is neither."""
     if path.suffix.lower() == ".json":
         request = RunRequest.from_json(path.read_text())
         return request if request.start_position else replace(request, start_position=start)

@@ -138,7 +138,8 @@ def _shifted(columns: Mapping[str, Array], rig: Rig, t: Array, grid: Grid) -> di
 def _times(path: Path, columns: Mapping[str, Array]) -> Array:
     t = columns.get("t_s")
     if t is None:
-        raise LogError("the log has no column t_s", where=str(path), next_step="Give the time of every row in seconds as t_s.")
+        advice = f"`longreach import {shlex.quote(str(path))} --suggest` proposes which column is the time, in s, and which the others are."
+        raise LogError("the log has no column t_s", where=str(path), next_step=advice)
     if len(t) < LEAST_ROWS or not np.all(np.isfinite(t)):
         advice = "Log longer, or leave out rows without a time."
         what = "the log is too short or has rows without a time"

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from importlib.metadata import version
+from math import inf
 from typing import Any
 
 from config.schema.effect import Equation
@@ -66,7 +67,11 @@ def _parameters(suspect: Suspect, fitted: Fitted) -> dict[str, Any]:
     if not numbers and isinstance(suspect, Candidate):
         given = model.entry_added(suspect.effect, suspect.where).model_dump(by_alias=True)
         return {key: {"value": given.get(key), "unit": "", "ci95": [given.get(key)] * 2} for key in EFFECTS[suspect.effect].neutral}
-    return {_parameter(model, k): number(float(model.theta[k]), float(fitted.half_width[k]), model.free[k].unit) for k in numbers}
+    free = [model.free[k] for k in numbers]
+    return {
+        _parameter(model, k): number(float(model.theta[k]), float(fitted.half_width[k]), f.unit, f.low, f.high)
+        for k, f in zip(numbers, free, strict=True)
+    }
 
 
 def _parameter(model: Model, number: int) -> str:
@@ -126,8 +131,10 @@ def by_fit_logs(parameter: dict[str, Any]) -> dict[str, Any]:
     return {"fit_logs": {key: parameter[key] for key in ("value", "ci95")}}
 
 
-def number(value: float, half_width: float, unit: str) -> dict[str, Any]:
-    return {"value": _short(value), "unit": unit, "ci95": [_short(value - half_width), _short(value + half_width)]}
+def number(value: float, half_width: float, unit: str, low: float = -inf, high: float = inf) -> dict[str, Any]:
+    """With an interval that ends where the number's range does: no friction is negative, however little is known of it."""
+    ends = [max(value - half_width, min(low, value)), min(value + half_width, max(high, value))]
+    return {"value": _short(value), "unit": unit, "ci95": [_short(end) for end in ends]}
 
 
 def constants(model: Model, half_width: Array, file: Model, steady: Sequence[Steadiness]) -> dict[str, Any]:
@@ -142,7 +149,7 @@ def constants(model: Model, half_width: Array, file: Model, steady: Sequence[Ste
             alarm = max(abs(value - free.start), abs(kept - free.start)) >= ALARM * free.scale
             prior = {"value": _short(free.start), "sd": _short(free.scale), "tag": free.tag}
             said = {"prior": prior, "alarm": bool(alarm)} | by_log.get(free.key, {})
-            found[free.key] = number(kept, float(width), free.unit) | said
+            found[free.key] = number(kept, float(width), free.unit, free.low, free.high) | said
     return found
 
 

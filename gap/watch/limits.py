@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from config.errors import UsageError
+from config.errors import UnitError, UsageError
 from config.parsing.nearest import nearest_text
 from config.units import to_si, written_unit
 from gap.fitting.nuisance import ALARM
@@ -37,7 +37,7 @@ def limits_of(numbers: Sequence[Watched], asked: Sequence[str], units: FileUnits
             known = f"{nearest_text(name or one, by_name)}" or f": one of {', '.join(by_name)}"
             raise UsageError(f"no number of this name is followed{known}", value=one, where="--limit", next_step="Write NAME=VALUE.")
         number, before = by_name[name], stated.get(name, NONE)
-        value = _value(text, number, units)
+        value = _quantity(one, text, number, units)
         above = value > number.free.start
         stated[name] = NumberLimits(before.low, value) if above else NumberLimits(value, before.high)
     return found | stated
@@ -48,6 +48,13 @@ def _own(number: Watched) -> NumberLimits:
     start, way = number.free.start, ALARM * number.free.scale
     low, high = start - way, start + way
     return NumberLimits(low if low * start > 0.0 else -math.inf, high if high * start > 0.0 else math.inf)
+
+
+def _quantity(one: str, text: str, number: Watched, units: FileUnits) -> float:
+    try:
+        return _value(text, number, units)
+    except UnitError as error:
+        raise UsageError(error.refusal.what, value=one, where="--limit", next_step=error.refusal.next_step) from error
 
 
 def _value(text: str, number: Watched, units: FileUnits) -> float:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from config.errors import EXIT_UNUSABLE_DATA, LogError
+from config.loading.load import load_rig
 from gap.data.data_check import check, same_maneuver
 from gap.data.measured import Measured, load
 from gap.find import find
+from longreach import run_plant
 from tests.support.gap import axis_logs
 
 Columns = axis_logs.Columns
@@ -118,3 +120,18 @@ def test_1_V_and_2_V_are_two_maneuvers_and_a_noisy_repeat_is_one(tmp_path: Path,
     assert not same_maneuver(one, log("other", -command))
     assert same_maneuver(one, log("again", command + 0.01 * noise.standard_normal(command.size)))
     assert same_maneuver(two, log("offset", 2.0 * command + 0.1))
+
+
+@pytest.mark.parametrize(("times", "slow"), [(1000.0, True), (10.0, False), (1.0, False)], ids=["ms", "a tenth of its speed", "s"])
+def test_milliseconds_for_seconds(times: float, slow: bool, tmp_path: Path) -> None:
+    """A valve that is worn or wrongly stated may be ten times too slow, and not a hundred times."""
+    t = 1e-3 * np.arange(6000)
+    commands = np.column_stack([4.0 * np.sin(5.0 * t), 4.0 * np.sin(4.0 * t)])
+    run = run_plant("ornl_testbed", commands, 1e-3, start=(0.0, 0.9))
+    columns = {"t_s": times * t} | {f"{joint}.command_V": commands[:, k] for k, joint in enumerate(("rotary", "prismatic"))}
+    log = axis_logs.write(
+        tmp_path / "log.csv", columns | {f"{joint}.position": run[f"{joint}.position"] for joint in ("rotary", "prismatic")}
+    )
+    rig = load_rig("ornl_testbed").rig
+    told = [problem.what for problem in check([load(log, rig)], rig) if "are the times in ms?" in problem.what]
+    assert len(told) == (2 if slow else 0)

@@ -60,6 +60,12 @@ def test_limits_are_given_in_any_unit_and_bare_in_that_of_the_file(cylinder: Loa
     assert friction == NumberLimits(-math.inf, 500.0)
 
 
+def test_a_limit_in_a_wrong_unit_names_the_option(cylinder: LoadedRig) -> None:
+    with pytest.raises(UsageError, match="wrong kind of unit") as refused:
+        limits_of(of(cylinder), ["axis.rated_flow=17 mm"], FileUnits(cylinder.text))
+    assert refused.value.refusal.where == "--limit"
+
+
 @pytest.mark.parametrize("asked", ["axis.rated_flows=15 lpm", "axis.rated_flow", "plant.joints.axis.mass=3 kg"])
 def test_a_limit_of_something_else_is_refused(asked: str, cylinder: LoadedRig) -> None:
     with pytest.raises(UsageError, match="no number of this name is followed: "):
