@@ -10,7 +10,9 @@ from config.checking.finding import Finding, warning_at
 from config.parsing.yaml_tree import YamlTree, dotted
 from config.schema.plant_joint import ForceActuator, TorqueActuator
 from config.schema.rig import Rig
+from config.schema.servo import JointServo
 
+_FREQUENCIES = [10.0 ** (6.0 - 0.01 * k) for k in range(900)]  # rad/s, from above
 LOST_PHASE_RAD = 0.5  # a loop that loses more to its own delay of 1.5 cycles has little margin left
 
 
@@ -62,16 +64,30 @@ def _corners(rig: Rig, tree: YamlTree, name: str) -> Iterator[Finding]:
             yield warning_at(tree, path, text)
 
 
+def _last_crossing(servo: JointServo, constant: float) -> float:
+    """Highest frequency (rad/s) at which |C(jω) constant / (jω)| is 1, C the servo's sections; `constant` itself without any."""
+    if not servo.sections:
+        return constant
+
+    def loop_gain(w: float) -> float:
+        corners = ((section.zero_rad_per_s, section.pole_rad_per_s) for section in servo.sections)
+        return constant / w * math.prod(math.hypot(1.0, w / zero) / math.hypot(1.0, w / pole) for zero, pole in corners)
+
+    return next((w for w in _FREQUENCIES if loop_gain(w) >= 1.0), 0.0)
+
+
 def _crossover(rig: Rig, tree: YamlTree, name: str) -> Iterator[Finding]:
-    """Gain times speed per volt is the frequency (rad/s) up to which the loop follows."""
+    """Gain times speed per volt is the frequency (rad/s) up to which the loop follows; lags and leads change that."""
     sizes = actuator_sizes(rig, name)
     if sizes is None:
         return
     path = ("servo", name, "gain")
-    crossover = abs(rig.servo[name].gain) * sizes.full_speed / sizes.full_scale_V
+    constant = abs(rig.servo[name].gain) * sizes.full_speed / sizes.full_scale_V
+    crossover = _last_crossing(rig.servo[name], constant)
     natural = 2 * math.pi * sizes.natural_frequency_Hz
     per_V = f"gain {rig.servo[name].gain:.4g} V/{sizes.unit} times {sizes.full_speed / sizes.full_scale_V:.3g} {sizes.unit}/s per volt"
-    text = f"servo.{name}: {per_V} is a velocity constant of {crossover:.3g} 1/s"
+    text = f"servo.{name}: {per_V} is a velocity constant of {constant:.3g} 1/s"
+    text += f" and crosses over at {crossover:.3g} rad/s" if rig.servo[name].sections else ""
     if crossover > natural:
         yield warning_at(tree, path, f"{text}, above the natural frequency of mass and oil, {natural:.3g} rad/s: unstable")
     if 1.5 * crossover / rig.loop.rate_Hz > LOST_PHASE_RAD:
