@@ -3,6 +3,7 @@
 Imports everything; nothing imports it. Rooms, each importing only from those before it:
 
 - shown: tables, progress and numbers in a terminal, for all commands
+- options: numbers, filters and files as several commands take them
 - operate: check, status, why, arm, start, stop, prove, twin
 - live: ui, top, live, play
 - jog: drive by hand with a keyboard

@@ -7,13 +7,13 @@ import json
 import shlex
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from config.errors import EXIT_REFUSED, UsageError
 from config.parsing.nearest import nearest
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import COUNT
+from daemon.cli.options.numbers import COUNT
+from daemon.cli.options.output_file import output_file
 
 if TYPE_CHECKING:
     from daemon.faults.fault import Fault, FaultRow
@@ -34,8 +34,10 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--where", action="append", choices=places, help="only faults injected there (may be given again)")
     parser.add_argument("--only", action="append", default=[], metavar="WORDS", help="faults whose name has these words in it")
     parser.add_argument("--median", action="store_true", help="repeat what is not ok, and let most of its trials decide")
-    parser.add_argument("--keep", type=Path, metavar="FILE.json", help="add the measurements to this file; what is there is not repeated")
-    parser.add_argument("--page", type=Path, metavar="FILE.md", help="write the table as a page")
+    parser.add_argument(
+        "--keep", type=output_file(".json"), metavar="FILE.json", help="add the measurements to this file; what is there is not repeated"
+    )
+    parser.add_argument("--page", type=output_file(".md"), metavar="FILE.md", help="write the table as a page")
     add_json_option(parser)
     parser.set_defaults(run_command=_faults)
 

@@ -13,7 +13,7 @@ from config.parsing.nearest import nearest
 _CHOICE = re.compile(r"argument (?P<of>[^:]+): invalid choice: '(?P<given>[^']*)' \(choose from (?P<known>.*)\)")
 _UNKNOWN = re.compile(r"unrecognized arguments: (?P<given>.*)", re.DOTALL)
 _MISSING = re.compile(r"the following arguments are required: (?:COMMAND|VERB)$")
-_NUMBER = re.compile(r"argument (?P<of>[^:]+): '(?P<given>[^']*)' is out of range .*: nearest is (?P<near>\S+)$")
+_VALUE = re.compile(r"argument (?P<of>[^:]+): '(?P<given>[^']*)' is .*: nearest is (?P<near>.+)$")
 _NAMES = re.compile(r"[\w-]+")
 
 
@@ -32,8 +32,8 @@ def wrong_usage(parser: argparse.ArgumentParser, words: Sequence[str], message: 
         return _no_such_choice(parser, words, choice)
     if unknown := _UNKNOWN.search(message):
         return _no_such_option(parser, words, unknown["given"])
-    if number := _NUMBER.search(message):
-        return WrongUsage(parser.prog, message, _with_number(parser, words, number))
+    if value := _VALUE.search(message):
+        return WrongUsage(parser.prog, message, _with_value(parser, words, value))
     return WrongUsage(parser.prog, message, f"{parser.prog} --help", with_usage=not _MISSING.search(message))
 
 
@@ -58,7 +58,7 @@ def _no_such_option(parser: argparse.ArgumentParser, words: Sequence[str], rest:
         behind = [*(word for word in words if word != given), given]
         return WrongUsage(command.prog, f"{option} stands behind the command", _typed(parser, behind))
     known = [name for name in command._option_string_actions if name.startswith("--")]
-    near = nearest(option, known, alike=0.75)  # all of them begin alike
+    near = nearest(option, known, alike=0.8)  # all of them begin alike
     said = f"there is no option {option}" + (f": nearest is {near}" if near else "")
     return WrongUsage(command.prog, said, _with(parser, words, option, near) if near else help_typed)
 
@@ -73,15 +73,18 @@ def _named_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> arg
     return parser
 
 
-def _with_number(parser: argparse.ArgumentParser, words: Sequence[str], number: re.Match[str]) -> str:
-    """The same command with the nearest number after the option, or beside its "="; its help where the number stands among others."""
-    option, given, near = number["of"].rpartition("/")[2], number["given"], number["near"]
+def _with_value(parser: argparse.ArgumentParser, words: Sequence[str], wrong: re.Match[str]) -> str:
+    """The same command with the nearest value after the option, or beside its "="; its help where the value stands among others."""
+    options, given, near = wrong["of"].split("/"), wrong["given"], wrong["near"]
     for place, word in enumerate(words):
-        if word == f"{option}={given}":
+        option, equals, value = word.partition("=")
+        if option not in options:
+            continue
+        if equals and value == given:
             return _typed(parser, [*words[:place], f"{option}={near}", *words[place + 1 :]])
-        if word == option and given in words[place + 1 :]:
-            value = words.index(given, place + 1)
-            return _typed(parser, [*words[:value], near, *words[value + 1 :]])
+        if given in words[place + 1 :]:
+            at = words.index(given, place + 1)
+            return _typed(parser, [*words[:at], near, *words[at + 1 :]])
     return f"{parser.prog} --help"
 
 

@@ -13,6 +13,8 @@ import scipy.io
 import longreach
 from config.errors import UsageError
 from daemon.cli.main import main
+from recording.files.export import export
+from recording.files.reader import read_log
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +70,6 @@ def test_a_frame_and_a_parquet_file_read_back(log: Path, tmp_path: Path) -> None
     np.testing.assert_array_equal(table["rotary.command_V"], read.columns["rotary.command_V"])
 
 
-def test_an_unknown_kind_of_file_names_those_known(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["log", "export", str(log), "-o", str(tmp_path / "run.xlsx")]) == 2
-    assert ".csv, .mat, .parquet" in capsys.readouterr().err
+def test_an_unknown_kind_of_file_names_those_known(log: Path, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"\.csv, \.mat, \.parquet"):
+        export(read_log(log), tmp_path / "run.xlsx")

@@ -150,14 +150,9 @@ def _named(system: control.StateSpace) -> control.StateSpace:
 
 def check_export_path(path: Path) -> None:
     """UsageError for a path that cannot be written, before a search of a minute."""
-    if path.suffix != ".mat":
-        better = str(path.with_suffix(".mat"))
-        what, limit, step = "the export is a MATLAB file", "a name that ends in .mat", f"Give e.g. --export {better}."
-        raise UsageError(what, value=path.name, limit=limit, where="--export", next_step=step, mend={"--export": better})
-    if path.is_dir() or not path.parent.is_dir():
-        what = "the export's path is a folder" if path.is_dir() else "there is no folder for the export"
+    if not path.parent.is_dir():
         step, mend = f"Make {path.parent}, or give a file in a folder that exists.", {"--export": path.name}
-        raise UsageError(what, value=str(path), where="--export", next_step=step, mend={} if path.is_dir() else mend)
+        raise UsageError("there is no folder for the export", value=str(path), where="--export", next_step=step, mend=mend)
 
 
 def write_design(design: ExportedDesign, path: Path) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from config.errors import PlantError
 from config.schema.rig import Rig
 from sim_backend.memory.layout import C
 from sim_backend.plant import SimulatedRig
@@ -70,6 +71,9 @@ def fitted_row(temperature_C: float, rates: Floats, volts: Floats) -> OilRow:
 
 
 def _row(rig: Rig, joint: str, temperature_C: float) -> OilRow:
+    if rig.servo[joint].velocity_feedforward == 0.0:
+        advice = f"Give servo.{joint}.velocity_feedforward: the voltages of the table are shares of what it takes for the rate limit."
+        raise PlantError("no oil table without a velocity feed-forward", value=joint, where=rig.name, next_step=advice)
     full_V = rig.servo[joint].velocity_feedforward * rig.joints[joint].rate_limit
     volts = np.array([direction * share * full_V for direction in (1.0, -1.0) for share in SHARES])
     return fitted_row(temperature_C, np.array([steady_rate(rig, joint, float(u), temperature_C) for u in volts]), volts)

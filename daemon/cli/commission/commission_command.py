@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.errors import EXIT_REFUSED, UsageError
 from daemon.cli.connection import add_json_option, connect
-from daemon.cli.number_option import COUNT
+from daemon.cli.options.numbers import COUNT
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig

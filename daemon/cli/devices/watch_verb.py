@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from daemon.cli.connection import add_json_option
 from daemon.cli.devices.read_verb import shown
 from daemon.cli.devices.words import add_device
-from daemon.cli.number_option import pause_s
+from daemon.cli.options.numbers import pause_s
 
 if TYPE_CHECKING:
     from daemon.cli.devices.device_numbers import DeviceNumber, ReadDevice

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from daemon.cli.number_option import COUNT, whole
+from daemon.cli.options.numbers import COUNT, whole
 
 
 def add_where(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from daemon.cli.connection import add_json_option
 from daemon.cli.gap import gap_demo, gap_loop, gap_next, gap_study, gap_watch
 from daemon.cli.gap.gap_next import advice
-from daemon.cli.number_option import finite
+from daemon.cli.options.numbers import finite
 from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option
 

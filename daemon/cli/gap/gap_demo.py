@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.progress import Progress
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import SEED
+from daemon.cli.options.numbers import SEED
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:

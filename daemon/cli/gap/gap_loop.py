@@ -12,7 +12,7 @@ from config.errors import ConfigError
 from config.progress import Progress
 from daemon.cli.connection import add_json_option
 from daemon.cli.gap.gap_next import advice
-from daemon.cli.number_option import COUNT, SEED
+from daemon.cli.options.numbers import COUNT, SEED
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:

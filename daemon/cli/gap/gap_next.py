@@ -138,7 +138,7 @@ def _given(loaded: LoadedRig, between: Sequence[str]) -> list[Rival]:
     from gap.maneuvers.matching import matched
     from gap.maneuvers.rivals import no_effect, rival_of
 
-    if len(between) < 2:
+    if len(set(between)) < 2:
         raise ConfigError("one explanation cannot be told from itself", value=between[0], where="--between", next_step="Give two or more.")
     named = [word.partition("@") for word in between]
     first, *others = (no_effect(loaded) if effect == "none" else rival_of(loaded, effect, where) for effect, _, where in named)

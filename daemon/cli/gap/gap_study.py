@@ -7,8 +7,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from config.errors import EXIT_UNUSABLE_DATA
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import COUNT
+from daemon.cli.options.numbers import COUNT
 from daemon.cli.shown.progress import progress_lines
 
 
@@ -34,4 +35,4 @@ def _study(arguments: argparse.Namespace) -> int:
         print(json.dumps(rows))
     else:
         print("\n".join([*map(line, rows), f"written: {arguments.out / 'study.json'}"]))
-    return 0
+    return EXIT_UNUSABLE_DATA if all(row["verdict"] == "refused" for row in rows) else 0

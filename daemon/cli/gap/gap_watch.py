@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.dates import moment
-from daemon.cli.number_option import COUNT
+from daemon.cli.options.numbers import COUNT
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from daemon.cli.connection import daemon_socket
-from daemon.cli.number_option import PORT
+from daemon.cli.options.numbers import PORT
+from daemon.cli.options.output_file import output_file
 
 DEFAULT_PORT = 8765  # where Foxglove looks first
 
@@ -15,7 +15,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--port", type=PORT, default=DEFAULT_PORT, metavar="N", help="port on loopback (default %(default)s; 0: any free one)"
     )
-    parser.add_argument("--layout", type=Path, metavar="FILE.json", help="write the shipped layout for this rig there, to import it")
+    parser.add_argument(
+        "--layout", type=output_file(".json"), metavar="FILE.json", help="write the shipped layout for this rig there, to import it"
+    )
     parser.set_defaults(run_command=_live)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from daemon.cli.number_option import PORT, finite
+from daemon.cli.options.numbers import PORT, finite
 
 _VIEWS = ("ui", "top", "live")
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from config.errors import EXIT_REFUSED
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import COUNT
+from daemon.cli.options.numbers import COUNT
+from daemon.cli.options.output_file import PICTURE
 from daemon.cli.shown.shown_units import add_si_option
 
 
@@ -18,7 +19,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--runs", type=COUNT, nargs=2, metavar=("M", "N"), help="compare run M of A with run N of B (default: the first of each)"
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="the picture (default: A-B.png beside A)")
+    parser.add_argument("-o", "--output", type=PICTURE, metavar="PICTURE.png", help="the picture (default: A-B.png beside A)")
     add_si_option(parser)
     add_json_option(parser)
     parser.set_defaults(run_command=_diff)

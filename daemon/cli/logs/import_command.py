@@ -9,7 +9,7 @@ from pathlib import Path
 
 from config.errors import UsageError
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import finite
+from daemon.cli.options.numbers import finite
 
 
 def options(parser: argparse.ArgumentParser) -> None:

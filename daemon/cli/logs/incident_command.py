@@ -6,7 +6,7 @@ import argparse
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.each_log import add_logs, say
-from daemon.cli.number_option import COUNT
+from daemon.cli.options.numbers import COUNT
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -5,19 +5,25 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from config.errors import EXIT_UNUSABLE_DATA, LogError, UsageError
+from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.diff_command import options as diff_options
 from daemon.cli.logs.each_log import add_logs, folder_of, say, say_refused
 from daemon.cli.logs.incident_command import options as incident_options
 from daemon.cli.logs.report_command import options as report_options
-from daemon.cli.number_option import finite
+from daemon.cli.options.numbers import finite
+from daemon.cli.options.output_file import PICTURE, output_file
 from daemon.cli.shown.shown_units import add_si_option
 from daemon.processes.sd_notify import notify
+
+if TYPE_CHECKING:
+    from recording.files.reader import Log
 
 PLOTTED = ("*.position", "*.reference", "*.command_V", "tip.*", "*_pressure_Pa", "*.pressure_?_Pa")  # where only a span is named
 _REPORT = "a page for each run: reference and actual, vibration and spectra, beside the last valid run and the simulated one"
@@ -31,7 +37,7 @@ def log_verbs(log: argparse.ArgumentParser) -> None:
     check = _verb(verbs, "check", _check, "is the log whole: cycle numbers, drops, checksums, attachments (exit 3 when not)")
     check.add_argument("--rig", metavar="RIG.yaml", help="also: is it a log of this rig?")
     plot = _verb(verbs, "plot", _plot, "plot joints, commands, tip and pressures to a PNG, or chosen signals in the rig file's units")
-    plot.add_argument("-o", "--output", type=Path, help="the picture (default: NAME.png beside the log)")
+    plot.add_argument("-o", "--output", type=PICTURE, help="the picture (default: NAME.png beside the log)")
     plot.add_argument(
         "--signals", nargs="+", metavar="GLOB", help="these columns alone, e.g. 'rotary.*' '*.command_V' tip.acceleration_mps2"
     )
@@ -42,7 +48,12 @@ def log_verbs(log: argparse.ArgumentParser) -> None:
     report_options(verbs.add_parser("report", help=_REPORT, description=_REPORT))
     incident_options(verbs.add_parser("incident", help=_INCIDENT, description=_INCIDENT))
     export = _verb(verbs, "export", _export, "write the cycles for other programs: CSV, MATLAB or Parquet, by the ending of -o")
-    export.add_argument("-o", "--output", type=Path, help="the table: .csv, .mat or .parquet (default: NAME.csv beside the log)")
+    export.add_argument(
+        "-o",
+        "--output",
+        type=output_file(".csv", ".mat", ".parquet"),
+        help="the table: .csv, .mat or .parquet (default: NAME.csv beside the log)",
+    )
     export.add_argument("--columns", nargs="+", metavar="NAME", help="only these columns (t_s is always there)")
     _register_recover(verbs)
 
@@ -99,12 +110,12 @@ def _plot(arguments: argparse.Namespace) -> int:
     from recording.evaluation.plots import plot_log
     from recording.files.reader import read_log
 
-    picture = _beside(arguments, ".png")
+    picture, log = _beside(arguments, ".png"), read_log(arguments.log)
+    _tell_what_is_lost(log)
     if arguments.signals is None and (arguments.first_s, arguments.last_s) == WHOLE:
-        plot_log(read_log(arguments.log), picture, arguments.si)
+        plot_log(log, picture, arguments.si)
         say(arguments, {"picture": picture}, str(picture))
         return 0
-    log = read_log(arguments.log)
     signals = chosen_signals(log, arguments.signals or PLOTTED, (arguments.first_s, arguments.last_s), arguments.si)
     if not signals:
         raise LogError("the signals hold no numbers here", value=" ".join(arguments.signals or PLOTTED), where=str(log.path))
@@ -113,12 +124,23 @@ def _plot(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _tell_what_is_lost(log: Log) -> None:
+    """Of a log that was cut or is damaged: its picture and its table look whole."""
+    if not log.complete:
+        print(f"longreach: {log.path}: {log.cut_text}", file=sys.stderr)
+
+
 def _export(arguments: argparse.Namespace) -> int:
     from recording.files.export import export
     from recording.files.reader import read_log
 
     table = _beside(arguments, ".csv")
-    rows = export(read_log(arguments.log), table, arguments.columns)
+    if table.exists():
+        advice = "Choose another name with -o: what stands there may be the measurement itself."
+        raise UsageError("the table exists already", where=str(table), next_step=advice, mend={"-o": str(free_name(table))})
+    log = read_log(arguments.log)
+    _tell_what_is_lost(log)
+    rows = export(log, table, arguments.columns)
     say(arguments, {"table": table, "rows": rows}, f"{table}: {rows} rows")
     return 0
 

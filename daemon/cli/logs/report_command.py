@@ -11,7 +11,7 @@ from pathlib import Path
 from config.errors import UsageError
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.each_log import add_logs, folder_of, say
-from daemon.cli.number_option import COUNT
+from daemon.cli.options.numbers import COUNT
 
 LOWEST = 19  # priority
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from config.errors import LogError
 from daemon.cli.connection import add_json_option
 from daemon.cli.dates import moment
-from daemon.cli.number_option import COUNT, finite
+from daemon.cli.options.numbers import COUNT, finite
 
 if TYPE_CHECKING:
     from recording.files.catalogue import Recorded
@@ -53,16 +53,31 @@ def options(parser: argparse.ArgumentParser) -> None:
 def _runs(arguments: argparse.Namespace) -> int:
     from recording.files.catalogue import logs_in
 
-    found = list(_chosen(arguments, _recorded(logs_in(arguments.places or [_usual_place()]))))
+    logs = list(_recorded(logs_in(arguments.places or [_usual_place()])))
+    found = list(_chosen(arguments, logs))
     found.sort(key=lambda each: (each.started, each.log.path.name, each.run.number))
     if arguments.vibration or arguments.vibration_above is not None or arguments.vibration_below is not None:
         found = list(_with_vibration(arguments, found))
     found = found if arguments.last is None else found[-arguments.last :]
     if arguments.json:
         print(json.dumps([_as_dict(each) for each in found]))
-    else:
+    elif found:
         _print(found)
+    else:
+        print(_none_of(arguments, logs))
     return 0
+
+
+def _none_of(arguments: argparse.Namespace, logs: Sequence[Recorded]) -> str:
+    """Why no run is shown: there is none, or none is like an option wants it."""
+    runs = [(log.rig_name, run.maneuver, run.shaper) for log in logs for run in log.runs]
+    if not runs:
+        return "no run: `longreach runs FOLDER` lists those of another folder"
+    for name, there in zip(("rig", "maneuver", "shaper"), map(set, zip(*runs, strict=True)), strict=True):
+        wanted = getattr(arguments, name)
+        if not any(fnmatchcase(value, wanted) for value in there):
+            return f"{len(runs)} runs, none with --{name} {wanted} (there are: {', '.join(sorted(there))})"
+    return f"{len(runs)} runs, none of which all options allow"
 
 
 def _usual_place() -> Path:
@@ -122,9 +137,6 @@ def _as_dict(each: Listed) -> dict[str, Any]:
 
 
 def _print(found: list[Listed]) -> None:
-    if not found:
-        print("no run: `longreach runs FOLDER` lists those of another folder")
-        return
     for each in found:
         run = each.run
         left = "" if each.vibration_mps2 is None else f"  {each.vibration_mps2:.3f} m/s² left"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from config.errors import EXIT_REFUSED, ConfigError, LogError
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import finite
+from daemon.cli.options.numbers import finite
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig

@@ -12,11 +12,12 @@ from typing import Any
 from config.errors import DaemonError
 from config.stated_sentences import StatedSentences
 from daemon.cli.connection import add_json_option, ask_to_stop, connect, show
-from daemon.cli.number_option import COUNT, finite
 from daemon.cli.operate.status_commands import status_view
-from daemon.cli.shaper_option import add_shaper_options, shaper_request
+from daemon.cli.options.numbers import COUNT, finite
+from daemon.cli.options.shaper import add_shaper_options, shaper_request
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen
+from daemon.server.protocol import LONGEST_COUNTDOWN_S, LONGEST_SETTLE_S
 
 _POLL_S = 0.2
 _SETTLE_S = 10.0
@@ -34,10 +35,12 @@ def start_options(start: argparse.ArgumentParser) -> None:
     add_shaper_options(start)
     start.add_argument("--repeat", type=COUNT, default=1, metavar="N", help="run the program N times (default 1)")
     start.add_argument("--approach", action="store_true", help="first move slowly to where the maneuver starts")
-    start.add_argument("--countdown", type=finite(0, unit="s"), metavar="S", help="seconds of announcement (default: the rig's)")
+    start.add_argument(
+        "--countdown", type=finite(0, LONGEST_COUNTDOWN_S, "s"), metavar="S", help="seconds of announcement (default: the rig's)"
+    )
     start.add_argument(
         "--settle",
-        type=finite(0, unit="s"),
+        type=finite(0, LONGEST_SETTLE_S, "s"),
         default=_SETTLE_S,
         metavar="S",
         help=f"wait at most S seconds until the tip is at rest (default {_SETTLE_S:g}; 0: start in spite of it)",
@@ -61,8 +64,11 @@ def stop_options(stop: argparse.ArgumentParser) -> None:
 def maneuver_text(name_or_path: str) -> dict[str, str]:
     """A file is sent as text, because the daemon may not see the caller's directory; a bare name is looked up there."""
     from config.loading.load import read_text
+    from config.loading.shipped import find
 
     path = Path(name_or_path)
+    if path.with_name(f"{path.name}.yaml").is_file():
+        find("maneuvers", name_or_path)  # refuses with that file, unless the name is a shipped one
     return {"text": read_text(path), "name": str(path)} if path.suffix in (".yaml", ".yml") else {"name": name_or_path}
 
 

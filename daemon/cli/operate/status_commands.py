@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 import time
 from typing import Any
 
 from config.readable import number
 from daemon.cli.connection import add_json_option, connect
-from daemon.cli.number_option import finite, whole
+from daemon.cli.options.numbers import finite, whole
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen, coloured, text_table
 from daemon.server.stated_values import Units
@@ -55,6 +56,9 @@ def _status(arguments: argparse.Namespace) -> int:
         if not arguments.watch:
             print("\n".join(lines()))
             return 0
+        while not sys.stdout.isatty():
+            print("\n".join(lines()), end="\n\n", flush=True)
+            time.sleep(arguments.interval)
         with LiveScreen() as screen:
             while True:
                 screen.update(lines())

@@ -6,7 +6,7 @@ import argparse
 import signal
 from pathlib import Path
 
-from daemon.cli.number_option import SEED, whole
+from daemon.cli.options.numbers import SEED, whole
 
 INTERFACES = ("socketcan", "udp_multicast", "virtual")
 _EPILOG = """\

@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option, connect
-from daemon.cli.number_option import finite
+from daemon.cli.options.numbers import finite
 from daemon.cli.shown.check_table import checks_lines, standing
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.server.stated_values import Units
@@ -25,12 +25,20 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run_command=_why)
 
 
+_NEXT = {
+    "disarmed": "`longreach arm`",
+    "holding": "it is armed, `longreach start MANEUVER`",
+    "running": "it moves, `longreach stop` stops it",
+}
+
+
 def _why(arguments: argparse.Namespace) -> int:
     """Exit 0 when nothing stands in the way of arming, 1 when something does."""
     if arguments.log is not None:
         return _why_then(arguments)
     with connect(arguments) as client:
         checks, units = client.call("checks")["checks"], units_of_rig(arguments, client.call)
+        mode = client.call("status")["mode"]
     failed = [check for check in checks if not check["ok"]]
     if arguments.json:
         print(json.dumps({"ready": not failed, "checks": checks}))
@@ -40,7 +48,7 @@ def _why(arguments: argparse.Namespace) -> int:
     if failed:
         print(f"{len(failed)} of {len(checks)} checks {'stands' if len(failed) == 1 else 'stand'} in the way{all_of_them}")
     else:
-        print(f"nothing stands in the way: `longreach arm`{all_of_them}")
+        print(f"nothing stands in the way: {_NEXT.get(mode, '`longreach status`')}{all_of_them}")
     return 1 if failed else 0
 
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from config.errors import EXIT_REFUSED, ManeuverError, UsageError
 from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import COUNT, SEED
 from daemon.cli.operate.motion_commands import maneuver_text
-from daemon.cli.shaper_option import add_shaper_options, shaper_request
+from daemon.cli.options.numbers import COUNT, SEED
+from daemon.cli.options.shaper import add_shaper_options, shaper_request
 from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option, sentences_for, stated_refusals
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import COUNT, finite
+from daemon.cli.options.numbers import COUNT, finite
+from daemon.cli.options.output_file import PICTURE, output_file
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -33,17 +34,24 @@ def options(parser: argparse.ArgumentParser) -> None:
         help="of sweeps or multisines of a single axis: its measured responses must keep the margins too; may be repeated",
     )  # fmt: skip
     parser.add_argument("--schedule", action="store_true", help="let the gain rise where the arm is shorter, as far as the demands allow")
-    parser.add_argument("--picture", type=Path, metavar="PICTURE.png", help="sensitivities and stiffness over the whole family")
+    parser.add_argument("--picture", type=PICTURE, metavar="PICTURE.png", help="sensitivities and stiffness over the whole family")
     parser.add_argument(
-        "--export", type=Path, metavar="DESIGN.mat", help="write linearised plants and compensator for MATLAB and python-control"
+        "--export",
+        type=output_file(".mat"),
+        metavar="DESIGN.mat",
+        help="write linearised plants and compensator for MATLAB and python-control",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="RIG.yaml", help="write the rig file with the compensator found")
+    parser.add_argument(
+        "-o", "--output", type=output_file(".yaml", ".yml"), metavar="RIG.yaml", help="write the rig file with the compensator found"
+    )
     add_json_option(parser)
     parser.set_defaults(run_command=_design)
 
 
 def _design(arguments: argparse.Namespace) -> int:
+    from config.errors import UsageError
     from config.loading.load import load_rig
+    from config.whole_file import free_name
     from tuning.loop_design.arm_design import as_overrides, design, designed_name
     from tuning.loop_design.design_export import check_export_path
     from tuning.loop_design.gain_schedule import gain_schedule
@@ -54,6 +62,9 @@ def _design(arguments: argparse.Namespace) -> int:
         _refuse_what_an_arm_has(arguments)
     if arguments.export:
         check_export_path(arguments.export)
+    if arguments.output and arguments.output.exists():
+        advice, mend = "Give the designed one a name of its own.", {"-o": str(free_name(arguments.output))}
+        raise UsageError("the rig file exists already", where=str(arguments.output), next_step=advice, mend=mend)
     own = loaded.rig.end_point.gain if loaded.rig.end_point is not None else 0.0
     tip_gain = own if arguments.tip_gain is None else arguments.tip_gain
     measured = _measured(loaded.rig, arguments.log) if arguments.log else []
@@ -68,6 +79,8 @@ def _design(arguments: argparse.Namespace) -> int:
     else:
         report = [*_lines(loaded.rig, found), *_schedule_lines(schedule), *_friction_lines(friction_gain), ""]
         print("\n".join([*report, *(f"  --set {line!r}" for line in overrides)]))
+        if written := [str(path) for path in (arguments.output, arguments.picture, arguments.export) if path]:
+            print(f"written: {', '.join(written)}")
     return 0
 
 

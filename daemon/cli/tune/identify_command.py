@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from config.errors import ConfigError, Mend
 from daemon.cli.connection import add_json_option, connect
-from daemon.cli.number_option import COUNT, SEED
+from daemon.cli.options.numbers import COUNT, SEED
 from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option
 

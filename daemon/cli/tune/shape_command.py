@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from config.errors import ConfigError
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import finite
 from daemon.cli.operate.motion_commands import maneuver_text
-from daemon.cli.shaper_option import shaper_request
+from daemon.cli.options.numbers import finite
+from daemon.cli.options.output_file import PICTURE
+from daemon.cli.options.shaper import shaper_request
 from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option, sentences_for, stated_refusals
 
@@ -36,7 +37,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--allowed", default="0.1 m/s^2", help="vibration allowed in the holds (default %(default)s)")
     parser.add_argument("--focal", default="mid", help="of fixed filters: initial, final, mid or a number in Hz (default mid)")
     parser.add_argument("--both-joints", action="store_true", help="filter both joints, so that the line stays straight")
-    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="draw residual over error")
+    parser.add_argument("-o", "--output", type=PICTURE, metavar="PICTURE.png", help="draw residual over error")
     parser.add_argument("--ideal", action="store_true", help="judge on ideal joints; the runs are not simulated on the rig file's plant")
     add_si_option(parser)
     add_json_option(parser)

@@ -6,12 +6,12 @@ import argparse
 import dataclasses
 import json
 from math import degrees
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from config.errors import ConfigError
 from daemon.cli.connection import add_json_option
-from daemon.cli.number_option import finite, several
+from daemon.cli.options.numbers import finite, several
+from daemon.cli.options.output_file import PICTURE
 from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def warm_up_options(parser: argparse.ArgumentParser) -> None:
     moments_help = "when to identify and to move, e.g. '0, 2.5, 5' (default: start, middle, end)"
     parser.add_argument("--moments", type=several(finite(0, 24, "h")), metavar="HOURS", help=moments_help)
     parser.add_argument("--maneuver", default="paper_line", help="the move, with the adaptive filter on both joints (default paper_line)")
-    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE.png", help="draw it")
+    parser.add_argument("-o", "--output", type=PICTURE, metavar="PICTURE.png", help="draw it")
     add_json_option(parser)
     parser.set_defaults(run_command=_warm_up)
 

@@ -61,7 +61,6 @@ def assert_taken(typed: str, words: list[str]) -> None:
         ("log report --all 'a b.mcap'", 2, "log report 'a b.mcap'"),
         ("log recover --all 'a b.mcap'", 2, "log recover 'a b.mcap'"),
         ("log recover", 2, "log recover --all ."),
-        ("log export 'a b.mcap' -o x.xlsx", 2, "log export 'a b.mcap' -o x.csv"),
         ("log export 'a b.mcap' --columns foo", 2, "log info 'a b.mcap'"),
         ("log export 'a b.mcap' --columns rotary.positio", 2, "log export 'a b.mcap' --columns rotary.position"),
         ("log plot 'a b.mcap' --signals 'zz*'", 2, "log info 'a b.mcap'"),

@@ -120,11 +120,9 @@ def test_what_is_read_is_what_was_written(rig: Rig, found: ArmDesign, tmp_path: 
     assert read.amplitudes[0][0] == 0.1
 
 
-@pytest.mark.parametrize(("name", "what"), [("design.txt", "MATLAB"), ("nowhere/design.mat", "no folder"), ("folder.mat", "is a folder")])
-def test_a_bad_path_is_refused_before_the_search(tmp_path: Path, name: str, what: str) -> None:
-    (tmp_path / "folder.mat").mkdir()
-    with pytest.raises(UsageError, match=what):
-        check_export_path(tmp_path / name)
+def test_a_bad_path_is_refused_before_the_search(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no folder"):
+        check_export_path(tmp_path / "nowhere" / "design.mat")
 
 
 def test_the_command_refuses_a_bad_path_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

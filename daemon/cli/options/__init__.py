@@ -1,0 +1,1 @@
+"""Values of options as several commands take them."""
