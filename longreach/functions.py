@@ -35,7 +35,7 @@ def frame(log: Log) -> Any:
     try:
         import pandas
     except ImportError as error:
-        advice = 'Install it with: pip install "longreach[pandas]"; log.columns holds the same as numpy arrays.'
+        advice = "Install it beside longreach: pip install pandas. log.columns holds the same as numpy arrays."
         raise LogError("a frame needs the library pandas", where=str(log.path), next_step=advice) from error
     return pandas.DataFrame(log.columns).set_index("t_s")
 

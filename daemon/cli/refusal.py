@@ -72,6 +72,8 @@ def next_command(error: LongreachError, words: Sequence[str], arguments: argpars
         return named
     if isinstance(error, (DaemonError, DriverError)) and asks_daemon(arguments):
         return "longreach why"
+    if isinstance(error, LogError) and Path(error.refusal.where).is_dir():
+        return f"longreach runs {shlex.quote(error.refusal.where)}"
     if isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
         return f"longreach log check {shlex.quote(error.refusal.where)}"
     if _LINE_OF_A_FILE.search(str(error)) or _names_own_file(error, words):

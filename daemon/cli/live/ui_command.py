@@ -6,9 +6,9 @@ import argparse
 import secrets
 from pathlib import Path
 
-from config.errors import DaemonError
+from config.errors import DaemonError, UsageError
 from daemon.cli.connection import daemon_socket
-from daemon.cli.number_option import PORT
+from daemon.cli.options.numbers import PORT
 
 DEFAULT_PORT = 8042
 SHORTEST_TOKEN = 16
@@ -39,6 +39,8 @@ def _token(file: Path | None) -> str:
     if file is None:
         return secrets.token_urlsafe(24)
     advice = f"Make one: (umask 077; openssl rand -hex 24 > {file})"
+    if not file.is_file():
+        raise UsageError("the token's file is none", where=str(file), next_step=advice)
     if file.stat().st_mode & 0o077:
         raise DaemonError("others may read the token", where=str(file), next_step=f"chmod 600 {file}")
     token = file.read_text(encoding="utf-8").strip()

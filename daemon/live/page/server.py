@@ -49,5 +49,7 @@ def _listen(port: int) -> sockets.socket:
         listening.close()
         advice = "Is another `longreach ui` running? Give another --port, or --port 0 for any free one."
         reason = error.strerror or str(error)
-        raise DaemonError("the page's port cannot be had", value=reason, where=f"port {port}", next_step=advice) from error
+        raise DaemonError(
+            "the page's port cannot be had", value=reason, where=f"port {port}", next_step=advice, mend={"--port": "0"}
+        ) from error
     return listening
