@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from config.checking.actuator_sizes import actuator_sizes
 from config.checking.finding import Finding, error_at, warning_at
 from config.parsing.yaml_tree import YamlTree
 from config.schema.effect_library import PROBLEMS
@@ -21,6 +22,7 @@ def check_plant(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
     yield from _stops(rig, rig.plant, tree)
     yield from _payload(rig, rig.plant, tree)
     yield from _effects(rig.plant, tree)
+    yield from _held(rig, rig.plant, tree)
 
 
 def _counts(rig: Rig, plant: Plant, tree: YamlTree) -> Iterator[Finding]:
@@ -39,7 +41,9 @@ def _stops(rig: Rig, plant: Plant, tree: YamlTree) -> Iterator[Finding]:
     for name, joint in rig.joints.items():
         stops = plant.joints[name].travel
         if joint.travel[0] < stops[0] or joint.travel[1] > stops[1]:
-            text = f"joints.{name}.travel {_pair(joint.travel)} reaches beyond the stops of the simulated joint, {_pair(stops)}"
+            unit = "rad" if joint.motion == "rotary" else "m"
+            own, most = (f"{low:.6g} to {high:.6g} {unit}" for low, high in (joint.travel, stops))
+            text = f"joints.{name}.travel {own} reaches beyond the stops of the simulated joint, {most}"
             yield error_at(tree, ("joints", name, "travel"), text)
 
 
@@ -58,5 +62,14 @@ def _effects(plant: Plant, tree: YamlTree) -> Iterator[Finding]:
         yield from (warning_at(tree, ("plant", "effects", number), text) for text in entry.warnings())
 
 
-def _pair(bounds: tuple[float, float]) -> str:
-    return f"[{bounds[0]:.6g}, {bounds[1]:.6g}]"
+def _held(rig: Rig, plant: Plant, tree: YamlTree) -> Iterator[Finding]:
+    """A joint that friction holds against all that its actuator can do."""
+    for number, entry in enumerate(plant.effects):
+        friction = getattr(entry, "friction", 0.0) if entry.effect == "coulomb_friction" else 0.0
+        sizes = actuator_sizes(rig, entry.where) if friction > 0.0 else None
+        if sizes is None:
+            continue
+        most, unit = sizes.drop_Pa * max(sizes.areas), "N*m" if sizes.unit == "rad" else "N"
+        if friction >= most:
+            text = f"coulomb_friction of {friction:.4g} {unit} holds {entry.where}: supply pressure gives {most:.4g} {unit} at most"
+            yield warning_at(tree, ("plant", "effects", number, "friction"), text)

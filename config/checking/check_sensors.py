@@ -25,7 +25,9 @@ def check_sensors(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
         if sensor is not None and not plant.joints[name].is_imposed:
             yield from _noise(rig, tree, name, sensor)
             yield from _steps(rig, tree, name, sensor)
-            yield from _range(tree, f"{name}.position", sensor, joint.travel, f"joints.{name}.travel")
+            yield from _range(
+                tree, f"{name}.position", sensor, joint.travel, "rad" if joint.motion == "rotary" else "m", f"joints.{name}.travel"
+            )
     yield from _pressures(rig, plant, tree)
 
 
@@ -68,11 +70,11 @@ def _steps(rig: Rig, tree: YamlTree, name: str, sensor: Sensor) -> Iterator[Find
             yield warning_at(tree, path, f"{text} {share * per:.3g} {of}")
 
 
-def _range(tree: YamlTree, name: str, sensor: Sensor, needed: tuple[float, float], what: str) -> Iterator[Finding]:
+def _range(tree: YamlTree, name: str, sensor: Sensor, needed: tuple[float, float], unit: str, what: str) -> Iterator[Finding]:
     slack = 1e-6 * max(map(abs, needed))
     if sensor.low > needed[0] + slack or sensor.high < needed[1] - slack:
-        ends = f"{sensor.low:.6g} to {sensor.high:.6g}"
-        text = f"plant.sensors.{name} reads from {ends} only; {what} is {needed[0]:.6g} to {needed[1]:.6g}"
+        ends, all_of_it = (f"{low:.6g} to {high:.6g} {unit}" for low, high in ((sensor.low, sensor.high), needed))
+        text = f"plant.sensors.{name} reads {ends} only; {what} is {all_of_it}"
         yield warning_at(tree, ("plant", "sensors", name), text)
 
 
@@ -85,7 +87,7 @@ def _pressures(rig: Rig, plant: Plant, tree: YamlTree) -> Iterator[Finding]:
         true_Pa = at_rest.get(name.rpartition(".")[2])
         if true_Pa is None:
             continue
-        yield from _range(tree, name, sensor, (true_Pa, true_Pa), "the pressure there in Pa")
+        yield from _range(tree, name, sensor, (true_Pa, true_Pa), "Pa", "the pressure there")
         if name in rig.signals:
             yield from _believed(tree, name, rig.signals[name], sensor, true_Pa)
 

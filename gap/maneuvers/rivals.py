@@ -9,6 +9,7 @@ import numpy as np
 from config.errors import ConfigError
 from config.loading.load import LoadedRig
 from config.parsing.nearest import nearest
+from config.schema.effect_library import EFFECTS
 from config.schema.rig import Rig
 from gap.fitting.model import Model
 from gap.fitting.nuisance import nuisances
@@ -56,6 +57,10 @@ def _cannot_be_added(path: str, rig: Rig, effect: str, where: str, possible: Seq
         likely = nearest(where, places, alike=0.0) or places[0]
         advice = f"Possible: {', '.join(f'{effect}@{place}' for place in places)}."
         return ConfigError("the effect has no such place here", value=name, where=path, next_step=advice, mend={name: f"{effect}@{likely}"})
+    search = EFFECTS[effect].search if effect in EFFECTS else None
+    if search and search.beside:
+        advice = f"Add {search.beside} at {where} to a copy of the rig file first."
+        return ConfigError(f"{effect} is looked for only where the file has {search.beside}", value=name, where=path, next_step=advice)
     effects = sorted({c.effect for c in possible})
     near = nearest(effect, effects)
     advice = f"{f'Nearest is {near}. ' if near else ''}Possible: {', '.join(effects)}."

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import ConfigError, LogError
+from config.errors import ConfigError, LogError, UsageError
 from daemon.cli.connection import add_json_option
 from daemon.cli.shown.progress import progress_lines
 
@@ -139,7 +139,7 @@ def _given(loaded: LoadedRig, between: Sequence[str]) -> list[Rival]:
     from gap.maneuvers.rivals import no_effect, rival_of
 
     if len(set(between)) < 2:
-        raise ConfigError("one explanation cannot be told from itself", value=between[0], where="--between", next_step="Give two or more.")
+        raise UsageError("one explanation cannot be told from itself", value=between[0], where="--between", next_step="Give two or more.")
     named = [word.partition("@") for word in between]
     first, *others = (no_effect(loaded) if effect == "none" else rival_of(loaded, effect, where) for effect, _, where in named)
     forms = designs(loaded.rig, list(loaded.rig.joints), thorough=False)

@@ -13,7 +13,7 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import UsageError
+from config.errors import ConfigError, UsageError
 from config.whole_file import free_name
 from daemon.cli.connection import add_json_option
 from daemon.cli.rigs.questions import ARM, CYLINDER, QUESTIONS, ROTARY, answers, choose_kind
@@ -52,7 +52,11 @@ def _new_rig(arguments: argparse.Namespace) -> int:
         raise UsageError("the folder is not empty", value=str(folder), where="-o", next_step=advice, mend=mend)
     ask = input if sys.stdin.isatty() and not arguments.json else None
     files, axes = _made(arguments, ask)
-    rig_from_text(files[arguments.name], f"{arguments.name}.yaml")  # before anything is written: what is wrong is refused with its line
+    try:
+        rig_from_text(files[arguments.name], f"{arguments.name}.yaml")  # before anything is written
+    except ConfigError as error:
+        advice = f"Change the option that this comes from, or an answer. {error.refusal.next_step}"
+        raise UsageError(f"this would make no rig: {error.refusal.what}", value=error.refusal.value, next_step=advice) from error
     _write(folder, files)
     rig = folder / f"{arguments.name}.yaml"
     findings = [finding for finding in check_rig(load_rig(rig), datetime.date.today()) if finding.level != "ok"]

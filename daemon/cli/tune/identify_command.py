@@ -9,7 +9,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import ConfigError, Mend
+from config.errors import ConfigError, Mend, UsageError
 from daemon.cli.connection import add_json_option, connect
 from daemon.cli.options.numbers import COUNT, SEED
 from daemon.cli.shown.progress import progress_lines
@@ -85,7 +85,7 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
         if needed:
             advice = f"Stop longreachd, set {' and '.join(needed)} in the rig file, start it again, identify, and set them back."
             advice += f" `longreachd {shlex.quote(loaded.path)}`"
-            raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
+            raise UsageError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
         with connect(arguments) as client:
             return on_daemon(client, wanted, progress)
     return in_lockstep(with_simulated_devices(loaded), wanted, arguments.out / "logs", arguments.seed, progress)
@@ -100,16 +100,16 @@ def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
     if arguments.on_rig and (arguments.temperatures or arguments.payloads):
         advice = "Leave --temperatures and --payloads out: both are measured, and the payload mounted is that of link_mode."
         mend = dict.fromkeys(("--temperatures", "--payloads"))
-        raise ConfigError("oil temperature and payload of a rig cannot be set by command", next_step=advice, mend=mend)
+        raise UsageError("oil temperature and payload of a rig cannot be set by command", next_step=advice, mend=mend)
     usual = usual_campaign(loaded.rig, arguments.what)
     joint = arguments.joint or usual.joint
     if joint not in loaded.rig.joints:
         what = f"unknown joint {joint!r}{nearest_text(joint, loaded.rig.joints)}"
         mend = {"--joint": nearest(joint, loaded.rig.joints) or usual.joint}
-        raise ConfigError(what, limit=", ".join(loaded.rig.joints), where="--joint", mend=mend)
+        raise UsageError(what, limit=", ".join(loaded.rig.joints), where="--joint", mend=mend)
     if loaded.rig.arm.kind == "single_axis" and (arguments.extensions or arguments.payloads):
         advice, mend = "Leave --extensions and --payloads out.", dict.fromkeys(("--extensions", "--payloads"))
-        raise ConfigError("a single axis has no link", where=loaded.path, next_step=advice, mend=mend)
+        raise UsageError("a single axis has no link", where=loaded.path, next_step=advice, mend=mend)
     low, high = _list(arguments.band, "Hz", "--band", 2) if arguments.band else usual.band_Hz
     return replace(
         usual,
@@ -132,10 +132,10 @@ def _list(text: str | None, unit: str, option: str, count: int | None = None) ->
     except ConfigError as error:
         what, parts = f"{option} is a list of quantities in {unit}", error.refusal.mend
         mend = {option: _with_parts(str(text), parts) if parts else None}
-        raise ConfigError(what, value=text, where=option, next_step=str(error), mend=mend) from error
+        raise UsageError(what, value=text, where=option, next_step=str(error), mend=mend) from error
     if count is not None and len(values) != count:
         advice = f"Give {count}, or leave {option} out."
-        raise ConfigError("wrong number of values", value=len(values), limit=count, where=option, next_step=advice, mend={option: None})
+        raise UsageError("wrong number of values", value=len(values), limit=count, where=option, next_step=advice, mend={option: None})
     return values
 
 

@@ -16,7 +16,7 @@ from tuning.experiments.experiments import CampaignRun
 
 def in_lockstep(loaded: LoadedRig, experiments: Sequence[CampaignRun], out: Path, seed: int, progress: Progress) -> list[Path]:
     """One log an experiment. A run that was stopped by an interlock is told and left out; DaemonError when none is left."""
-    logs = []
+    logs, why = list[Path](), ""
     for number, experiment in enumerate(experiments, 1):
         progress(f"{number}/{len(experiments)} {experiment.name}")
         text = apply_overrides(loaded.text, experiment.overrides)
@@ -24,27 +24,29 @@ def in_lockstep(loaded: LoadedRig, experiments: Sequence[CampaignRun], out: Path
         try:
             logs += run_lockstep(LoadedRig(rig_from_text(text, loaded.path), text, loaded.path), [request], out, seed + number)
         except LongreachError as error:
-            progress(f"  left out: {error}")
-    return _some(logs, len(experiments))
+            why = str(error)
+            progress(f"  left out: {why}")
+    return _some(logs, len(experiments), why)
 
 
 def on_daemon(client: Client, experiments: Sequence[CampaignRun], progress: Progress) -> list[Path]:
     """The runs of an armed rig; they share the recording of its arming. The operator arms, watches and can stop."""
-    logs: list[Path] = []
+    logs, why = list[Path](), ""
     for number, experiment in enumerate(experiments, 1):
         progress(f"{number}/{len(experiments)} {experiment.name}")
         run = client.call("start", maneuver={"text": experiment.maneuver, "name": experiment.name}, approach=True)
         result = wait_for(client, run["run"])
         if result["validity"] != "valid":
-            progress(f"  left out: {result.get('reason', '')}")
+            why = result.get("reason", "")
+            progress(f"  left out: {why}")
             if client.call("status")["mode"] != "holding":
                 raise DaemonError("the rig does not hold any more", value=result.get("reason", ""), next_step="See `longreach why`.")
         else:  # a long recording is cut between two runs: the run is in one of the two
             logs += [path for path in dict.fromkeys((Path(run["log"]), Path(result["log"]))) if path not in logs]
-    return _some(logs, len(experiments))
+    return _some(logs, len(experiments), why)
 
 
-def _some(logs: list[Path], asked: int) -> list[Path]:
+def _some(logs: list[Path], asked: int, why: str) -> list[Path]:
     if not logs:
-        raise DaemonError("no run was valid", value=f"0 of {asked}", next_step="Choose smaller amplitudes or a narrower band.")
+        raise DaemonError("no run was valid", value=f"0 of {asked}", next_step=f"The last one: {why}")
     return logs

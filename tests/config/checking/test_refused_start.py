@@ -22,7 +22,7 @@ WRONG = [
         PLANT,
         "travel: [0.02 m, 0.18 m]",
         "travel: [0.02 m, 0.205 m]",
-        "axis.travel [0.02, 0.205] reaches beyond the stops of the simulated joint",
+        "axis.travel 0.02 to 0.205 m reaches beyond the stops of the simulated joint",
     ),
     (PLANT, "low: -5 mm, high: 210 mm", "low: 50 mm, high: 210 mm", "axis.position: low = 0.05 m lies inside the travel"),
     (PLANT, "low: -5 mm, high: 210 mm", "low: -5 mm, high: 90 mm", "axis.position: high = 0.09 m lies inside the travel"),

@@ -146,6 +146,16 @@ ODDITIES = [
     ("velocity_filter: 50 Hz", "velocity_filter: 800 Hz", r"velocity_filter is 800 Hz, above half the loop's rate, 500 Hz"),
     ("gain: 60 V/m", "gain: 60000 V/m", r"velocity constant of 3.68e\+03 1/s, above the natural frequency of mass and oil, 386 rad/s"),
     ("gain: 60 V/m", "gain: 6000 V/m", r"velocity constant of 368 1/s; the loop at 1000 Hz loses 32 deg of phase"),
+    (  # |1 + 363j/20| / |1 + 363j/2| = 0.1001: that of a gain of 368 1/s
+        "gain: 60 V/m",
+        "gain: 60000 V/m\n    sections: [{zero: 20 rad/s, pole: 2 rad/s}]",
+        r"3.68e\+03 1/s and crosses over at 363 rad/s; the loop at 1000 Hz loses 31 deg",
+    ),
+    (
+        "  supply: {pressure: 10 MPa, return_pressure: 0.1 MPa}",
+        "  supply: {pressure: 10 MPa, return_pressure: 0.1 MPa}\n  effects: [{effect: coulomb_friction, where: axis, friction: 2 kN}]",
+        r"coulomb_friction of 2000 N holds axis: supply pressure gives 1991 N at most",
+    ),
     ("rated_flow: 5 lpm", "rated_flow: 75 lpm", r"89.2 l/min at 9.9 MPa, 9.19 m/s on 2.01 cm\^2: through the whole stroke in 22 ms"),
     ("rated_flow: 5 lpm", "rated_flow: 0.5 lpm", r"0.0613 m/s on 2.01 cm\^2; joints.axis.rate_limit is 0.2 m/s: the joint cannot reach it"),
     (
@@ -168,7 +178,7 @@ ODDITIES = [
         r"0.0003 m rms looks like 0.000586 m .* stops the arm at 0.0002",
     ),
     ("following_error_limit: 20 mm", "following_error_limit: 0.04 mm", r"one count is 5e-06 m; interlocks.plausibility.stuck stops"),
-    ("low: -10 mm, high: 220 mm", "low: -10 mm, high: 150 mm", r"reads from -0.01 to 0.15 only; joints.axis.travel is 0.02 to 0.18"),
+    ("low: -10 mm, high: 220 mm", "low: -10 mm, high: 150 mm", r"reads -0.01 to 0.15 m only; joints.axis.travel is 0.02 to 0.18 m"),
     (
         "axis.return_pressure, calibration: {scale: 5 kPa}, low: -1 MPa",
         "axis.return_pressure, calibration: {scale: 5 kPa}, low: 50 kPa",
@@ -294,7 +304,7 @@ def test_line_and_brackets_of_a_finding_are_shown_as_they_are(
     monkeypatch.chdir(tmp_path)
     assert main(["check", "b.yaml"]) == 1
     said = re.sub(r"[│\s]+", " ", capsys.readouterr().out)
-    assert "b.yaml:100:13: joints.axis.travel [0.02, 0.5] reaches beyond the stops of the simulated joint, [0, 0.2]" in said
+    assert "b.yaml:100:13: joints.axis.travel 0.02 to 0.5 m reaches beyond the stops of the simulated joint, 0 to 0.2 m" in said
 
 
 def check_told_and_refused(wrong: str, at: int, old: str, message: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -131,7 +131,7 @@ def test_what_is_missing_or_wrong_is_told_at_once_and_nothing_is_written(tmp_pat
     said = capsys.readouterr().err
     for part in ("--bore '16': a unit is missing", "--stroke '3 kg': wrong kind of unit", "--mass is missing", "--supply is missing"):
         assert part in said
-    assert main(["new-rig", "bench", *CYLINDER, "--iso-vg", "47", "-o", str(tmp_path / "bench")]) == 1
+    assert main(["new-rig", "bench", *CYLINDER, "--iso-vg", "47", "-o", str(tmp_path / "bench")]) == 2
     assert "iso_vg 47 is none of 10, 15, 22, 32, 46" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
