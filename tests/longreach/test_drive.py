@@ -47,13 +47,26 @@ def test_an_error_in_the_program_ends_the_run(daemon: RunningDaemon, client: Cli
     assert client.call("wait", run=stream.run)["validity"] == "valid"
 
 
-def test_the_end_of_the_run_is_an_error_with_its_reason(daemon: RunningDaemon, client: Client) -> None:
+def drive_with_nan(daemon: RunningDaemon) -> None:
     with longreach.drive(socket=daemon.socket, countdown_s=0.0) as stream:
         stream.rate(rotary=float("nan"))
-        with pytest.raises(longreach.LongreachError, match="the run is over"):
+        with pytest.raises(longreach.LongreachError, match=r"the run is over: (a set point was no finite number|set point usable)"):
             until(lambda: stream.rate(rotary=0.1))
+
+
+def test_the_end_of_the_run_is_an_error_with_its_reason(daemon: RunningDaemon, client: Client) -> None:
+    """Also where the program does not look: leaving the block is one then."""
+    with pytest.raises(longreach.LongreachError, match="the run is not valid: set point usable"):
+        drive_with_nan(daemon)
     until(lambda: client.call("status")["mode"] == "holding")
-    assert "set point usable" in stream.end()["reason"]
+
+
+def test_a_slip_in_a_joint_s_name_is_refused_and_ends_nothing(daemon: RunningDaemon, client: Client) -> None:
+    with longreach.drive(socket=daemon.socket, countdown_s=0.0) as stream:
+        with pytest.raises(longreach.LongreachError, match=r"no such joint: rotry \(limit: rotary, prismatic\)"):
+            stream.rate(rotry=0.1)
+        until(lambda: stream.rate(rotary=0.2) or reached(client, "rotary") > 0.02)
+    assert stream.end()["validity"] == "valid"
 
 
 def test_a_rig_that_is_not_armed_is_refused(daemon: RunningDaemon, client: Client) -> None:
