@@ -34,7 +34,11 @@ COMMANDS = (
         "why", "operate.why_command:options", "why the arm will not move: the checks that fail, with value, limit, unit, source and age"
     ),
     Command("maneuvers", "operate.status_commands:maneuvers_options", "the maneuvers that this rig can run"),
-    Command("events", "operate.status_commands:events_options", "mode changes, commands, interlocks and faults since the daemon started"),
+    Command(
+        "events",
+        "operate.status_commands:events_options",
+        "mode changes and what asked for them, interlocks and faults since the daemon started",
+    ),
     Command("arm", "operate.arm_commands:arm_options", "run the arming checks and hold the present position"),
     Command("disarm", "operate.arm_commands:disarm_options", "safe outputs; motion needs a new `longreach arm`"),
     Command("reset", "operate.arm_commands:reset_options", "clear a latched fault or e-stop; ends disarmed"),

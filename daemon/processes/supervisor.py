@@ -16,9 +16,10 @@ import shlex
 import signal
 import sys
 from pathlib import Path
+from typing import NoReturn
 
 from config.checking.check import refuse_unusable
-from config.errors import EXIT_INTERRUPTED, EXIT_REFUSED, LongreachError
+from config.errors import EXIT_INTERRUPTED, EXIT_REFUSED, EXIT_USAGE, LongreachError
 from config.loading.load import LoadedRig, load_rig
 from config.whole_file import refused_by_system
 from daemon.processes import paths
@@ -50,11 +51,17 @@ def _next_command(refusal: LongreachError, rig: str) -> str:
     """What the refusal names; the rig that was meant; else the command that says more about the rig file."""
     named = refusal.refusal.named_command()
     meant = re.search(r"nearest is '([^']*)'", refusal.refusal.what) if not rig.endswith((".yaml", ".yml")) else None
-    return named or (f"longreachd {meant[1]}" if meant else f"longreach check {shlex.quote(rig)}")
+    better = refusal.refusal.mend.get(rig) or (meant[1] if meant else None)
+    return named or (f"longreachd {shlex.quote(better)}" if better else f"longreach check {shlex.quote(rig)}")
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(EXIT_USAGE, f"{self.prog}: {message}\nnext: {self.prog} --help\n")
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="longreachd", description="The longreach daemon: one rig, disarmed until somebody arms it.")
+    parser = _Parser(prog="longreachd", description="The longreach daemon: one rig, disarmed until somebody arms it.")
     parser.add_argument("rig", help="rig file, or the name of a shipped rig")
     parser.add_argument("--log-dir", help="where recordings go (default $LOGS_DIRECTORY or ./logs)")
     parser.add_argument(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from config.errors import EXIT_INTERRUPTED
+from config.errors import EXIT_INTERRUPTED, EXIT_REFUSED, EXIT_USAGE
 from daemon.processes import supervisor
 from tests.support.daemon.running_daemon import RunningDaemon, until
 
@@ -54,3 +54,16 @@ def catches(pid: int, number: signal.Signals) -> bool:
     status = Path(f"/proc/{pid}/status").read_text()
     caught = next(int(line.split()[1], 16) for line in status.splitlines() if line.startswith("SigCgt:"))
     return bool(caught >> (number - 1) & 1)
+
+
+def test_words_that_fit_nothing_and_a_name_of_ones_own_get_a_next_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as refused:
+        supervisor.main(["--foo"])
+    assert refused.value.code == EXIT_USAGE
+    assert capsys.readouterr().err.endswith("\nnext: longreachd --help\n")
+    Path("my_rig.yaml").touch()
+    assert supervisor.main(["my_rig"]) == EXIT_REFUSED
+    assert capsys.readouterr().err.endswith("\nnext: longreachd my_rig.yaml\n")
