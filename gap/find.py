@@ -14,6 +14,7 @@ On logs in memory, nothing written:
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -166,7 +167,8 @@ def _checked(loaded: LoadedRig, logs: Sequence[Measured]) -> list[DataProblem]:
         more = f" ({len(fatal) - 1} more)" if len(fatal) > 1 else ""
         place = f"{fatal[0].where}: {fatal[0].channel}" if fatal[0].channel else fatal[0].where
         log = fatal[0].where
-        advice = f"A good part of the log: {log}@FROM:TO. Columns and units: `longreach import --help`."
+        every = f"All of it: `longreach log check {shlex.quote(log)} --rig {shlex.quote(loaded.path)}`. " if log.endswith(".mcap") else ""
+        advice = f"{every}A good part of the log: {log}@FROM:TO. Columns and units: `longreach import --help`."
         raise LogError(fatal[0].what + more, where=place, next_step=advice)
     return problems
 

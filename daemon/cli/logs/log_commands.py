@@ -6,7 +6,7 @@ import argparse
 import dataclasses
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,8 @@ from daemon.cli.shown.shown_units import add_si_option
 from daemon.processes.sd_notify import notify
 
 if TYPE_CHECKING:
+    from config.schema.rig import Rig
+    from recording.files.check import LogFinding
     from recording.files.reader import Log
 
 PLOTTED = ("*.position", "*.reference", "*.command_V", "tip.*", "*_pressure_Pa", "*.pressure_?_Pa")  # where only a span is named
@@ -99,9 +101,27 @@ def _check(arguments: argparse.Namespace) -> int:
     from config.loading.load import load_rig
     from recording.files.check import check_log
 
-    report = check_log(arguments.log, load_rig(arguments.rig).rig if arguments.rig else None)
+    rig = load_rig(arguments.rig).rig if arguments.rig else None
+    report = check_log(arguments.log, rig)
+    if rig is not None and rig.plant is not None and report.good:
+        report = dataclasses.replace(report, findings=(*report.findings, *_for_the_gap(arguments.log, rig)))
     say(arguments, {**dataclasses.asdict(report), "good": report.good}, report.text())
     return 0 if report.good else EXIT_UNUSABLE_DATA
+
+
+def _for_the_gap(log: Path, rig: Rig) -> Iterator[LogFinding]:
+    """What `longreach gap find` would refuse or warn of; a log may be whole without being of use to it."""
+    from gap.data.data_check import check
+    from gap.data.measured import load
+    from recording.files.check import LogFinding
+
+    try:
+        problems = check([load(log, rig)], rig)
+    except LogError as error:
+        yield LogFinding("gap", "warning", error.refusal.what)
+        return
+    for problem in problems:
+        yield LogFinding("gap", "warning", f"{problem.channel}: {problem.what}" if problem.channel else problem.what)
 
 
 def _plot(arguments: argparse.Namespace) -> int:

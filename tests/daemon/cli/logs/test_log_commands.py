@@ -68,6 +68,16 @@ def test_every_verb_takes_several_logs_and_one_that_is_none_does_not_keep_it_fro
     assert "one output cannot hold several logs" in capsys.readouterr().err
 
 
+def test_with_a_rig_file_the_check_says_what_the_gap_would(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """That is no fault of the log: it stays good."""
+    assert main(["log", "check", str(log), "--rig", "ornl_testbed"]) == 0
+    said = capsys.readouterr().out
+    assert f"{log}: good" in said
+    assert "warning gap           rotary.return_pressure: more than a fifth of the samples stand at the end of the sensor's range" in said
+    assert main(["log", "check", str(log), "--rig", "force_axis"]) == 3
+    assert "warning gap" not in capsys.readouterr().out
+
+
 def test_plot_is_a_picture(log: Path, tmp_path: Path) -> None:
     picture = tmp_path / "plot.png"
     assert main(["log", "plot", str(log), "-o", str(picture)]) == 0
