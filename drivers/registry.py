@@ -36,7 +36,6 @@ def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
     try:
         factory = cast(DriverFactory, point.load())
     except Exception as error:  # whatever a foreign module raises on import
-        raise DriverError(
-            f"the driver {device.driver!r} cannot be loaded", value=f"{type(error).__name__}: {error}", where=where, next_step=point.value
-        ) from error
+        what, advice = f"the driver {device.driver!r} cannot be loaded", f"Its entry point is {point.value!r}: what does not load there?"
+        raise DriverError(what, value=f"{type(error).__name__}: {error}", where=where, next_step=advice) from error
     return factory(name, device, rig, lockstep)

@@ -45,7 +45,7 @@ class DeviceBank:
         self._slow = dict(slow or {})
         self.drivers = {name: create(name, device, rig, lockstep) for name, device in rig.devices.items() if not device.slow}
         _refuse_unprovable(rig, self.drivers)
-        self._reads = [(driver, _inputs(rig, facts, name, driver.inputs)) for name, driver in self.drivers.items()]
+        self._reads = [(name, driver, _inputs(rig, facts, name, driver.inputs)) for name, driver in self.drivers.items()]
         self._set_up = {name: driver for name, driver in self.drivers.items() if isinstance(driver, KeepsSetup)}
         self._slow_reads = [
             (
@@ -56,7 +56,7 @@ class DeviceBank:
             )
             for name, box in self._slow.items()
         ]
-        self._writes = [(driver, _outputs(rig, name, driver)) for name, driver in self.drivers.items() if driver.outputs]
+        self._writes = [(name, driver, _outputs(rig, name, driver)) for name, driver in self.drivers.items() if driver.outputs]
 
     def open(self) -> None:
         """Open and configure every device. DriverError when one refuses, after those already open were closed."""
@@ -96,11 +96,11 @@ class DeviceBank:
         When a driver raises, its inputs are unknown and all others are read; the first error is raised at the end.
         """
         first: Exception | None = None
-        for driver, inputs in self._reads:
+        for name, driver, inputs in self._reads:
             try:
                 _store(inputs, driver.read(now_ns), now_ns, values)
             except Exception as error:  # whatever a driver raises
-                first = first or error
+                first = first or _of_device(name, error)
                 _forget(inputs, values)
         for box, samples, inputs, counts in self._slow_reads:
             for index, count in zip(counts, fetch_samples(box, samples), strict=True):
@@ -111,8 +111,11 @@ class DeviceBank:
 
     def write(self, volts: Sequence[float], now_ns: int) -> None:
         """`volts` in the order of rig.joints."""
-        for driver, outputs in self._writes:
-            driver.write([volts[joint] * scale if joint >= 0 else 0.0 for joint, scale in outputs], now_ns)
+        for name, driver, outputs in self._writes:
+            try:
+                driver.write([volts[joint] * scale if joint >= 0 else 0.0 for joint, scale in outputs], now_ns)
+            except Exception as error:  # whatever a driver raises
+                raise _of_device(name, error) from error
 
     def safe(self) -> None:
         """Safe outputs on every device, also when one of them raises; the first error is raised at the end."""
@@ -123,13 +126,18 @@ class DeviceBank:
 
     def _all(self, verb: Callable[[Driver], None]) -> None:
         first: BaseException | None = None
-        for driver in self.drivers.values():
+        for name, driver in self.drivers.items():
             try:
                 verb(driver)
             except Exception as error:  # the other devices must become safe too
-                first = first or error
+                first = first or _of_device(name, error)
         if first is not None:
             raise first
+
+
+def _of_device(name: str, error: Exception) -> Exception:
+    """An error of a foreign driver with the device that it is of; ours say it themselves."""
+    return error if isinstance(error, LongreachError) else DriverError(f"{type(error).__name__}: {error}", where=f"devices.{name}")
 
 
 def _store(inputs: list[_Input], samples: Sequence[Sample], now_ns: int, values: list[float]) -> None:
@@ -137,9 +145,9 @@ def _store(inputs: list[_Input], samples: Sequence[Sample], now_ns: int, values:
         sample = samples[channel]
         count = sample.raw
         values[raw] = count
-        values[age] = age_s = (now_ns - sample.stamp_ns) * 1e-9
+        values[age] = age_s = (now_ns - sample.stamp_ns) * 1e-9 if sample.stamp_ns else nan  # one that never came has no age
         values[quality] = sample.quality
-        values[value] = offset + scale * count if sample.quality != Quality.BAD and age_s <= max_age_s else nan
+        values[value] = offset + scale * count if sample.quality != Quality.BAD and -max_age_s <= age_s <= max_age_s else nan
 
 
 def _refuse_unprovable(rig: Rig, drivers: Mapping[str, Driver]) -> None:

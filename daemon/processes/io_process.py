@@ -45,9 +45,8 @@ class SlowDevice:
     def run(self, ended: threading.Event) -> None:
         """Until `ended` is set."""
         while not ended.is_set():
-            driver = self._create(self.name, self._rig.devices[self.name], self._rig, False)
             try:
-                self._poll(driver, ended)
+                self._poll(self._create(self.name, self._rig.devices[self.name], self._rig, False), ended)
             except Exception as error:  # whatever a driver raises; the loop sees it by the age of the samples
                 self.failures += 1
                 self._post()

@@ -72,8 +72,6 @@ class LoopAccess:
         limit = time.monotonic() + limit_s
         while not (self.values()[index] >= number and done()):
             if time.monotonic() > limit:
-                value = self.mode().name.lower()
-                raise DaemonError(
-                    "the loop did not do it in time", value=value, limit=limit_s, unit="s", next_step="Try `longreach estop`."
-                )
+                what, advice = f"the loop did not do it within {limit_s:g} s", "`longreach why` says what stands in the way."
+                raise DaemonError(what, value=f"mode {self.mode().name.lower()}", next_step=advice)
             await asyncio.sleep(0.005)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import inf
 
 from config.schema.rig import Rig
 from daemon.checks.checks import Reaction
@@ -36,11 +35,11 @@ AGE = Declaration(
     fact="{signal}_age_s",
     meaning="time since the sample was taken",
     unit="s",
-    limits=lambda rig, subject: (-inf, rig.signals[subject["signal"]].max_age_s),
-    limit_from="at most `signals.NAME.max_age`",
+    limits=lambda rig, subject: (-rig.signals[subject["signal"]].max_age_s, rig.signals[subject["signal"]].max_age_s),
+    limit_from="at most `signals.NAME.max_age`, either way: a stamp of another clock lies ahead",
     source="{source}",
     reaction=Reaction.FAULT,
-    advice=f"{{source}} has gone silent. Check its cable and supply; {_LINK}",
+    advice=f"{{source}} has gone silent, or stamps by another clock. Check its cable and supply; {_LINK}",
     age="{signal}_age_s",
 )
 RANGE = Declaration(

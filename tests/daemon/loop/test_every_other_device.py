@@ -83,7 +83,7 @@ def test_what_a_device_that_cannot_be_read_measures_is_unknown_and_every_other_o
     for device in made:
         device.age_ns = dict.fromkeys(RIG.rig.signals, MS)  # what is read anew says so by its age
         device.on_read = cable_off if device.name == broken else lambda: None
-    with pytest.raises(OSError, match="cable off"):
+    with pytest.raises(DriverError, match=f"devices.{broken}: OSError: cable off"):
         bank.read(2 * MS, values)
     for name, signal in RIG.rig.signals.items():
         value, raw = values[facts.index(field_of_signal(name))], values[facts.index(f"{name}_raw")]
@@ -109,7 +109,7 @@ def test_when_one_device_does_not_open_those_before_it_are_closed(monkeypatch: p
 
 @pytest.mark.parametrize("broken", DEVICES)
 def test_the_loop_ends_with_its_recording_and_every_device_closed_although_one_cannot_be_made_safe(tmp_path: Path, broken: str) -> None:
-    with pytest.raises(OSError, match="cable off"), proving_rig(tmp_path) as (rig, devices):  # noqa: PT012
+    with pytest.raises(DriverError, match=f"devices.{broken}: OSError: cable off"), proving_rig(tmp_path) as (rig, devices):  # noqa: PT012
         bring_to(Mode.HOLDING, rig, devices)
         devices[broken].on_safe = once(cable_off)
     assert read_log(rig.recorder.finished[-1]).metadata["closing"]["ended_by"] == "the loop ended"

@@ -44,6 +44,18 @@ def test_infinite_values_are_no_numbers_either(tmp_path: Path) -> None:
         assert device.written is None
 
 
+@pytest.mark.parametrize("ahead_s", [1.0, 1.8e9], ids=["a second", "the clock on the wall"])
+def test_a_sample_stamped_ahead_is_no_fresh_one(ahead_s: float, tmp_path: Path) -> None:
+    """By the stamps of another clock a device that has gone silent would never be found out."""
+    with simple_rig(tmp_path) as (rig, device):
+        rig.arm()
+        device.age_ns["rotary.position"] = -round(ahead_s * 1e9)
+        rig.cycles(1)
+        assert rig.mode is Mode.FAULT
+        assert device.written is None
+        assert "rotary.position age" in " ".join(texts_of(rig, "fault"))
+
+
 def test_nan_in_a_sensor_that_is_not_required_changes_nothing(tmp_path: Path) -> None:
     with simple_rig(tmp_path) as (rig, device):
         rig.arm()

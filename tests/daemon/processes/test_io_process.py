@@ -159,3 +159,27 @@ def test_a_channel_that_no_device_has_is_refused() -> None:
     rig = rig_from_text(yaml.safe_dump(content), "wrong.yaml")
     with pytest.raises(DriverError, match=r"signals\.rotary\.position\.channel.*rotary\.angle"):
         DeviceBank(rig, rig_facts(rig), lockstep=True)
+
+
+def test_a_driver_that_cannot_be_made_is_told_and_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A wrong entry point is no end of the thread, which nobody would see."""
+    monkeypatch.setattr("daemon.processes.io_process.RETRY_S", 0.01)
+    rig, released, ended = rig_from_text(rig_text(tmp_path), "slow.yaml"), threading.Event(), threading.Event()
+    released.set()
+    made: list[Blocking] = []
+
+    def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
+        made.append(Blocking(released))
+        if len(made) == 1:
+            raise AttributeError("no create in it")
+        return made[-1]
+
+    device = SlowDevice("box", rig, slow_mailbox(rig, "box"), create)
+    thread = threading.Thread(target=device.run, args=(ended,))
+    thread.start()
+    until(lambda: made and made[-1].reads > 0)
+    ended.set()
+    thread.join(10)
+    assert "slow device box: no create in it; trying again" in capsys.readouterr().err
