@@ -16,7 +16,12 @@ from config.parsing.yaml_tree import YamlTree
 def check_calibrations(loaded: LoadedRig, tree: YamlTree, today: datetime.date) -> Iterator[Finding]:
     """Which sensors' calibrations have run out, and whether the rig can be armed all the same."""
     for name, signal in loaded.rig.signals.items():
-        until = signal.calibration.valid_until
+        until, day = signal.calibration.valid_until, signal.calibration.calibrated_on
+        if signal.calibration.on_expiry == "block" and until is None:
+            path = ("signals", name, "calibration", "on_expiry")
+            yield warning_at(tree, path, f"{name}: on_expiry: block never blocks without valid_until")
+        if day is not None and day > today:
+            yield warning_at(tree, ("signals", name, "calibration", "calibrated_on"), f"{name}: calibrated_on {day} has not come yet")
         if until and until < today:
             blocks = signal.calibration.on_expiry == "block"
             what = f"{name}: the calibration was valid until {until}: calibrate again"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.devices.words import of_rig
-from daemon.cli.options.numbers import COUNT, pause_s
+from daemon.cli.options.numbers import COUNT, pause_s, whole
 from daemon.cli.options.output_file import output_file
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--noise-limit", metavar="VALUE", help="largest standard deviation at a point (default 0.1 %% of the span)")
     parser.add_argument("--residual-limit", metavar="VALUE", help="largest distance from the line (default 0.5 %% of the span)")
     parser.add_argument("--reference-uncertainty", metavar="VALUE", help="standard uncertainty of the known values (default 0)")
-    parser.add_argument("--valid-days", type=COUNT, default=365, help="days until it must be repeated (default 365)")
+    parser.add_argument("--valid-days", type=whole(1, 36500), default=365, help="days until it must be repeated (default 365)")
     parser.add_argument("--by", help="who calibrates (default user@host)")
     parser.add_argument("-o", "--output", type=output_file(".yaml", ".yml"), metavar="FILE", help="write the rig file with the record here")
     parser.add_argument("--write", action="store_true", help="write the record into RIG.yaml itself")
@@ -56,8 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
     signal = _signal(loaded, arguments.sensor)
     output = _output(arguments, loaded)
     unit, difference = _units(signal)
-    points = _points(arguments, signal, unit)
-    found = calibrated(points, _limits(arguments, difference), difference, f"signals.{arguments.sensor}")
+    limits = _limits(arguments, difference)
+    found = calibrated(_points(arguments, signal, unit), limits, difference, f"signals.{arguments.sensor}")
     by = arguments.by or user_and_host()
     entry = calibration_entry(found, unit, difference, signal.calibration, datetime.date.today(), arguments.valid_days, by)
     text = with_calibration(read_text(Path(loaded.path)), arguments.sensor, entry)
@@ -77,12 +77,23 @@ def _units(signal: AnySignal) -> tuple[str, str]:
 
 
 def _limits(arguments: argparse.Namespace, difference: str) -> Limits:
-    from config.units import to_si
     from tuning.sensor_calibration.line_fit import Limits
 
+    options = ("--noise-limit", "--residual-limit", "--reference-uncertainty")
     given = (arguments.noise_limit, arguments.residual_limit, arguments.reference_uncertainty)
-    noise, residual, reference = (None if text is None else to_si(text, difference) for text in given)
+    noise, residual, reference = (_limit(option, text, difference) for option, text in zip(options, given, strict=True))
     return Limits(noise, residual, reference or 0.0)
+
+
+def _limit(option: str, text: str | None, unit: str) -> float | None:
+    from config.errors import UsageError
+
+    if text is None:
+        return None
+    value = _stated(text, unit, option)
+    if value < 0.0:
+        raise UsageError("a limit is never negative", value=text, limit="at least 0", where=option, mend={option: text.lstrip("- ")})
+    return value
 
 
 def _signal(loaded: LoadedRig, name: str) -> AnySignal:
@@ -117,8 +128,8 @@ def _points(arguments: argparse.Namespace, signal: AnySignal, unit: str) -> list
     return _read(arguments, signal, values, asked)
 
 
-def _stated(text: str, unit: str) -> float:
-    """What a part of --at says."""
+def _stated(text: str, unit: str, option: str = "--at") -> float:
+    """What a part of an option says."""
     from config.errors import UnitError
     from config.units import to_si
 
@@ -126,10 +137,11 @@ def _stated(text: str, unit: str) -> float:
         return to_si(text, unit)
     except UnitError as error:
         parts = error.refusal
-        raise UnitError(parts.what, value=parts.value, unit=parts.unit, where="--at", next_step=parts.next_step) from error
+        raise UnitError(parts.what, value=parts.value, unit=parts.unit, where=option, next_step=parts.next_step) from error
 
 
 def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float], asked: list[tuple[str, str]]) -> list[ReferencePoint]:
+    from config.errors import UsageError
     from daemon.cli.devices.device_numbers import device
     from tuning.sensor_calibration.line_fit import ReferencePoint
 
@@ -141,7 +153,9 @@ def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float],
                 points.append(ReferencePoint(value, _stated(counts, "")))
                 continue
             print(f"Bring {arguments.sensor} to {text}, hold it there, then press Enter.", file=sys.stderr, flush=True)
-            sys.stdin.readline()
+            if not sys.stdin.readline():
+                advice = "Run it in a terminal, or give counts that were read before: --at VALUE=COUNTS."
+                raise UsageError("no Enter came: nobody says that the sensor stands there", value=text, where="--at", next_step=advice)
             found = _readings(opened.source, channel, arguments)
             sd = statistics.stdev(found) if len(found) > 1 else 0.0
             points.append(ReferencePoint(value, statistics.fmean(found), sd, len(found)))

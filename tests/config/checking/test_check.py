@@ -103,6 +103,14 @@ def test_a_calibration_past_its_day_that_blocks_is_an_error() -> None:
     assert "cannot be armed" in found.text
 
 
+def test_a_block_without_a_day_and_a_day_to_come_are_pointed_out() -> None:
+    record = "signals.axis.position.calibration"
+    never = findings(apply_overrides(SMALL, [f"{record}.on_expiry=block"]))
+    assert any("on_expiry: block never blocks without valid_until" in finding.text for finding in never)
+    early = findings(apply_overrides(SMALL, [f"{record}.calibrated_on=2030-01-01"]), datetime.date(2029, 12, 31))
+    assert any("calibrated_on 2030-01-01 has not come yet" in finding.text for finding in early)
+
+
 def test_a_proof_that_is_not_demanded_is_pointed_out() -> None:
     text = apply_overrides(load_rig("ornl_testbed_can").text, ["devices.rotary_valve.demand_proof=false"])
     assert any("devices.rotary_valve: demand_proof is false" in complaint for complaint in complaints(text))

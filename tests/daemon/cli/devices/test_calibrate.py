@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import io
 import json
 from pathlib import Path
 from typing import Any
@@ -87,12 +88,25 @@ def test_without_write_nothing_is_changed(rig: Path, capsys: pytest.CaptureFixtu
         (["--at", "12 in=60000", "--at", "12 in=60000", "--write"], "different known values are needed"),
         (["--at", "12 psi=60000", "--at", "36 in=30000", "--write"], "wrong kind of unit"),
         (["--at", "12 in=sixty", "--at", "36 in=30000", "--write"], "not a number"),
+        (["--at", "12 in", "--at", "36 in", "--reference-uncertainty", "1 bar", "--write"], "--reference-uncertainty: wrong kind of unit"),
+        (["--at", "12 in", "--at", "36 in", "--noise-limit=-1 mm", "--write"], "--noise-limit: a limit is never negative"),
     ],
 )
 def test_a_refusal_leaves_the_file_as_it_was(rig: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     before = rig.read_text()
     assert calibrate(rig, *words) != 0
     assert message in capsys.readouterr().err
+    assert rig.read_text() == before
+
+
+def test_nothing_is_read_where_no_enter_can_come(rig: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A closed input, a script: the sensor may stand anywhere."""
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    before = rig.read_text()
+    with NodeBench("test_nothing_is_read_where_no_enter_can_come") as bench:
+        EncoderNode(bench, PRISMATIC_ENCODER)
+        assert calibrate(rig, "--at", "0.4 m", "--at", "0.8 m", "--readings", "5", "--every", "1 ms", "--write") == 2
+    assert "no Enter came" in capsys.readouterr().err
     assert rig.read_text() == before
 
 
