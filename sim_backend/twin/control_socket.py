@@ -11,6 +11,8 @@ import itertools
 import json
 import os
 import socket
+import stat
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +27,10 @@ class ControlSocket:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        path.unlink(missing_ok=True)
+        _remove_leftover(path)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         self._socket.bind(str(path))
+        self._inode = path.stat().st_ino
 
     def request(self) -> tuple[dict[str, Any], str] | None:
         """The next request and who asks; None when there is none. Datagrams that are no JSON object are dropped."""
@@ -46,7 +49,24 @@ class ControlSocket:
 
     def close(self) -> None:
         self._socket.close()
-        self._path.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):
+            if self._path.stat().st_ino == self._inode:
+                self._path.unlink()
+
+
+def _remove_leftover(path: Path) -> None:
+    """The socket of a twin that was killed makes room. PlantError for a file, and for one at which a twin listens."""
+    with suppress(FileNotFoundError):
+        advice = "Give another place with --control."
+        if not stat.S_ISSOCK(path.lstat().st_mode):
+            raise PlantError("the control socket's place is taken by a file", where=str(path), next_step=advice)
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asking:
+            try:
+                asking.connect(str(path))
+            except ConnectionRefusedError:
+                path.unlink()
+                return
+        raise PlantError("another twin has this control socket", where=str(path), next_step=advice)
 
 
 class TwinControl:
