@@ -32,12 +32,13 @@ class FoundUnit:
 
 @dataclass(frozen=True, slots=True)
 class LinkScan:
-    """What one address or one setting of the line showed. `problem`: why nothing could be asked there."""
+    """What one address or one setting of the line showed. `problem`: why nothing could be asked there; `asked`: whether it was tried."""
 
     options: TcpOptions | RtuOptions
     problem: str
     units: tuple[FoundUnit, ...]
     doubtful: tuple[int, ...] = ()
+    asked: bool = True
 
 
 def scan_units(tried: Iterable[TcpOptions | RtuOptions], units: Sequence[int], progress: Callable[[str], None]) -> Iterator[LinkScan]:
@@ -45,7 +46,7 @@ def scan_units(tried: Iterable[TcpOptions | RtuOptions], units: Sequence[int], p
     for options in tried:
         process = holder(options.address().link)
         if process is not None:
-            yield LinkScan(options, f"{named(process)} of longreach asks the devices there: not asked", ())
+            yield LinkScan(options, f"{named(process)} of longreach asks the devices there: not asked", (), asked=False)
             continue
         progress(f"{place(options)}: units {units[0]} to {units[-1]}")
         yield _scan(options, units)

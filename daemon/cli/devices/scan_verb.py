@@ -112,7 +112,7 @@ def _missing(where: DeviceLinks, buses: list[BusScan], lines: list[LinkScan]) ->
     """Devices of the rig file at places that were looked at."""
     seen = {(bus.bus.link, node.node) for bus in buses for node in bus.nodes}
     seen |= {(unit.options.address().link, unit.options.unit_id) for line in lines for unit in line.units}
-    looked = {bus.bus.link for bus in buses} | {line.options.address().link for line in lines}
+    looked = {bus.bus.link for bus in buses} | {line.options.address().link for line in lines if line.asked}
     found = []
     for name, options in where.declared.items():
         address = options.address()
