@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import socket
 import threading
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
@@ -87,7 +88,7 @@ class PymodbusConnection:
             raise ModbusReadError(f"no connection: {_short(error)}", answered=False) from error
         if not connected:
             process = holder(self._options.address().link)
-            by = f": {named(process)} of longreach has it" if process not in (None, os.getpid()) else ""
+            by = f": {named(process)} of longreach has it" if process not in (None, os.getpid()) else _not_there(self._options)
             raise ModbusReadError(f"no connection{by}", answered=False)
 
     def read(self, table: str, address: int, count: int) -> Sequence[int]:
@@ -171,3 +172,14 @@ def _code(code: int) -> str:
 
 def _short(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"[:120]
+
+
+def _not_there(options: TcpOptions | RtuOptions) -> str:
+    """What the client does not say: a port or a host of that name does not exist."""
+    if isinstance(options, RtuOptions):
+        return "" if os.path.exists(options.port) else f": there is no {options.port}, `ls /dev/tty*` shows the ports"
+    try:
+        socket.getaddrinfo(options.host, options.port)
+    except OSError as error:
+        return f": {options.host}: {error.strerror}"
+    return ""

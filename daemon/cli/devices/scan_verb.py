@@ -64,7 +64,8 @@ def _show(where: DeviceLinks, buses: list[BusScan], lines: list[LinkScan]) -> No
         heard = f"{bus.frames} frames heard" + (f", {bus.error_frames} error frames" if bus.error_frames else "")
         why = f"; listened only: {bus.passive}" if bus.passive else ""
         print(f"\n{bus.bus.interface} {bus.bus.channel}, {_rate(bus.bus.interface, bus.bus.bitrate)}: {heard}{why}")
-        rows = [_node_row(node, where.device_at(bus.bus.link, node.node)) for node in bus.nodes]
+        silent = "not asked" if bus.passive else "no answer"
+        rows = [_node_row(node, where.device_at(bus.bus.link, node.node), silent) for node in bus.nodes]
         print("\n".join(text_table(_NODE_HEADINGS, rows, left=tuple(range(1, 7)))) if rows else _nobody(bus))
     for line in lines:
         print(f"\nModbus {place(line.options)}: {line.problem or f'{len(line.units)} units answer'}")
@@ -81,10 +82,10 @@ _NODE_HEADINGS = ["node", "heard", "profile", "driver", "name", "vendor product 
 _UNIT_HEADINGS = ["unit", "input register 0", "holding register 0", "identification", "in the rig file"]
 
 
-def _node_row(node: FoundNode, device: str) -> list[str]:
+def _node_row(node: FoundNode, device: str, silent: str) -> list[str]:
     heard, known = ", ".join(node.heard) or "-", device or "-"
     if node.identity is None:
-        return [str(node.node), heard, "no answer", "-", "-", "-", known]
+        return [str(node.node), heard, silent, "-", "-", "-", known]
     found = node.identity
     profile = f"CiA {found.profile}" if found.profile else "none"
     numbers = (found.vendor, found.product, found.revision, found.serial)

@@ -138,3 +138,8 @@ def test_registers_are_read_by_the_drivers_own_code(gauge: Gauge) -> None:
         assert source.problems() == []
     finally:
         source.close()
+
+
+def test_a_port_that_does_not_exist_is_named(slave: Slave) -> None:
+    found = scanned(rtu(slave).model_copy(update={"port": "/dev/nosuch"}), range(1, 3))
+    assert found.problem == "no connection: there is no /dev/nosuch, `ls /dev/tty*` shows the ports"
