@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket as sockets
 from collections.abc import Callable
 
@@ -36,6 +37,8 @@ def serve_page(socket: str, token: str, port: int, control: bool, ready: Callabl
         timeout_graceful_shutdown=SHUT_DOWN_S,
     )
     ready(f"http://{LOOPBACK}:{port}/#token={token}")
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # the server knows SIGTERM, and not the end of its terminal
+        signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
     until_ctrl_c(uvicorn.Server(config).serve(sockets=[listening]))
 
 
