@@ -67,7 +67,7 @@ def maneuver_text(name_or_path: str) -> dict[str, str]:
     from config.loading.shipped import find
 
     path = Path(name_or_path)
-    if path.with_name(f"{path.name}.yaml").is_file():
+    if Path(f"{name_or_path}.yaml").is_file():
         find("maneuvers", name_or_path)  # refuses with that file, unless the name is a shipped one
     return {"text": read_text(path), "name": str(path)} if path.suffix in (".yaml", ".yml") else {"name": name_or_path}
 
