@@ -7,13 +7,13 @@ import grp
 import os
 import shlex
 import socket
-import stat
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from config.errors import DaemonError
+from config.socket_place import in_the_way
 from daemon.server.client_connection import answer_for_client
 from daemon.server.protocol import MAX_LINE_BYTES, error_line, parse_request, request_id_of, result_line
 
@@ -53,17 +53,10 @@ async def serve(path: Path, group: str | None, methods: Methods) -> asyncio.Serv
 def _remove_leftover(path: Path) -> None:
     """A socket on which nobody listens was left by a daemon that was killed. Whose requests a living one gets must not change: an e-stop
     would go to the other rig."""
-    with suppress(FileNotFoundError):
-        if not stat.S_ISSOCK(path.lstat().st_mode):
-            raise DaemonError("the socket's place is taken by a file", where=str(path), next_step="Give another place with --socket.")
-        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
-            try:
-                asking.connect(str(path))
-            except ConnectionRefusedError:
-                path.unlink()
-                return
-            except PermissionError:
-                pass  # somebody else's, who may listen
+    there = in_the_way(path, socket.SOCK_STREAM)
+    if there == "a file":
+        raise DaemonError("the socket's place is taken by a file", where=str(path), next_step="Give another place with --socket.")
+    if there:
         advice = f"Give another place with --socket; `longreach --socket {shlex.quote(str(path))} status` asks the daemon that is there."
         raise DaemonError("another daemon has this socket", where=str(path), next_step=advice)
 

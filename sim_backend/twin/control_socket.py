@@ -11,12 +11,12 @@ import itertools
 import json
 import os
 import socket
-import stat
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from config.errors import LongreachError, PlantError
+from config.socket_place import in_the_way
 
 _LARGEST = 65536
 _numbers = itertools.count()
@@ -56,16 +56,10 @@ class ControlSocket:
 
 def _remove_leftover(path: Path) -> None:
     """The socket of a twin that was killed makes room. PlantError for a file, and for one at which a twin listens."""
-    with suppress(FileNotFoundError):
-        advice = "Give another place with --control."
-        if not stat.S_ISSOCK(path.lstat().st_mode):
-            raise PlantError("the control socket's place is taken by a file", where=str(path), next_step=advice)
-        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asking:
-            try:
-                asking.connect(str(path))
-            except ConnectionRefusedError:
-                path.unlink()
-                return
+    there, advice = in_the_way(path, socket.SOCK_DGRAM), "Give another place with --control."
+    if there == "a file":
+        raise PlantError("the control socket's place is taken by a file", where=str(path), next_step=advice)
+    if there:
         raise PlantError("another twin has this control socket", where=str(path), next_step=advice)
 
 
