@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
-from config.errors import LongreachError, WriteError
+from config.errors import LongreachError, UsageError, WriteError
 
 _ROOM = "make room (`df -h` shows where) and try again; what was finished is kept."
 _RIGHTS = "Choose another place, or run it as a user who may use this one: `ls -ld {place}` shows who."
@@ -44,6 +44,12 @@ def refused_by_system(error: OSError) -> LongreachError:
 def free_name(path: Path) -> Path:
     """The first of NAME-2, NAME-3 … beside a file or folder that nothing has yet."""
     return next(name for k in count(2) if not (name := path.with_name(f"{path.stem}-{k}{path.suffix}")).exists())
+
+
+def refuse_existing(path: Path, what: str, advice: str, name: Path | None = None) -> None:
+    """UsageError where a file is there that would be lost; a free name for -o (`name`, where it names several) goes with it."""
+    if path.exists():
+        raise UsageError(f"the {what} exists already", where=str(path), next_step=advice, mend={"-o": str(free_name(name or path))})
 
 
 @contextmanager

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from config.errors import UsageError
-from config.whole_file import free_name, replaced_when_done
+from config.whole_file import refuse_existing, replaced_when_done
 from recording.files.copying import copy_records
 from recording.files.reader import Log, read_log
 from recording.files.scan import MAGIC, Entries
@@ -51,9 +50,7 @@ def recover(path: str | Path, out: str | Path) -> RecoverReport:
     log = read_log(source)
     if log.complete or ("recovered" in log.metadata and not log.damage.sentences):
         return _report(log, None)
-    if target.exists():
-        advice, mend = "Choose another name; logs are never written over.", {"-o": str(free_name(target))}
-        raise UsageError("the file to write exists already", where=str(target), next_step=advice, mend=mend)
+    refuse_existing(target, "file to write", "Choose another name; logs are never written over.")
     report = _report(log, target)
     with replaced_when_done(target) as temporary:
         _copy(log, temporary, report)

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from config.errors import LogError, UsageError
+from config.errors import LogError
 from config.loading.import_map import LoadedMap, load_map
 from config.loading.load import LoadedRig
 from config.parsing.nearest import nearest_text
-from config.whole_file import free_name, replaced_when_done
+from config.whole_file import refuse_existing, replaced_when_done
 from recording.files.writer import LogWriter
 from recording.format.layout import CDR_HEADER, CycleLayout
 from recording.importing.coarse_clock import spread
@@ -87,9 +87,7 @@ def ingest_parts(
     pieces, alone = parts(columns, spans, str(source)) if cut else ([columns], ())
     names = [out] if len(pieces) == 1 else [out.with_name(f"{out.stem}-{number}{out.suffix}") for number in range(1, len(pieces) + 1)]
     for name in names:
-        if name.exists():
-            advice, mend = "Choose another name; recordings are never written over.", {"-o": str(free_name(out))}
-            raise UsageError("the log exists already", where=str(name), next_step=advice, mend=mend)
+        refuse_existing(name, "log", "Choose another name; recordings are never written over.", out)
     for name, piece in zip(names, pieces, strict=True):
         _write(name, layout, piece, _about(source, piece["t_s"], loaded, rig), _attachments(loaded, rig))
     return [_report(name, table, layout, piece, loaded, (*left_out, *alone)) for name, piece in zip(names, pieces, strict=True)]

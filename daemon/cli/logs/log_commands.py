@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from config.errors import EXIT_UNUSABLE_DATA, LogError, UsageError
-from config.whole_file import free_name
+from config.whole_file import refuse_existing
 from daemon.cli.connection import add_json_option
 from daemon.cli.logs.diff_command import options as diff_options
 from daemon.cli.logs.each_log import add_logs, folder_of, say, say_refused
@@ -155,9 +155,7 @@ def _export(arguments: argparse.Namespace) -> int:
     from recording.files.reader import read_log
 
     table = _beside(arguments, ".csv")
-    if table.exists():
-        advice = "Choose another name with -o: what stands there may be the measurement itself."
-        raise UsageError("the table exists already", where=str(table), next_step=advice, mend={"-o": str(free_name(table))})
+    refuse_existing(table, "table", "Choose another name with -o: what stands there may be the measurement itself.")
     log = read_log(arguments.log)
     _tell_what_is_lost(log)
     rows = export(log, table, arguments.columns)

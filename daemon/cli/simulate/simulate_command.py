@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from config.errors import EXIT_REFUSED, ManeuverError, UsageError
-from config.whole_file import free_name
+from config.errors import EXIT_REFUSED, ManeuverError
+from config.whole_file import refuse_existing
 from daemon.cli.connection import add_json_option
 from daemon.cli.operate.motion_commands import maneuver_text
 from daemon.cli.options.numbers import COUNT, SEED
@@ -101,10 +101,8 @@ def _works(arguments: argparse.Namespace, found: list[dict[str, str]]) -> list[W
     }
     out = log_name(arguments.output)
     names = [out] if len(found) == 1 else [out.with_name(f"{out.stem}-{k}{out.suffix}") for k in range(1, len(found) + 1)]
-    there = next((name for name in names if name.exists()), None)
-    if there:
-        advice, mend = "Choose another name with -o; logs are never written over.", {"-o": str(free_name(out))}
-        raise UsageError("the log exists already", where=str(there), next_step=advice, mend=mend)
+    for name in names:
+        refuse_existing(name, "log", "Choose another name with -o; logs are never written over.", out)
     return [Work(loaded.text, loaded.path, request, name, arguments.seed, settings, case) for name, case in zip(names, found, strict=True)]
 
 

@@ -49,9 +49,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _design(arguments: argparse.Namespace) -> int:
-    from config.errors import UsageError
     from config.loading.load import load_rig
-    from config.whole_file import free_name
+    from config.whole_file import refuse_existing
     from tuning.loop_design.arm_design import as_overrides, design, designed_name
     from tuning.loop_design.design_export import check_export_path
     from tuning.loop_design.gain_schedule import gain_schedule
@@ -62,9 +61,8 @@ def _design(arguments: argparse.Namespace) -> int:
         _refuse_what_an_arm_has(arguments)
     if arguments.export:
         check_export_path(arguments.export)
-    if arguments.output and arguments.output.exists():
-        advice, mend = "Give the designed one a name of its own.", {"-o": str(free_name(arguments.output))}
-        raise UsageError("the rig file exists already", where=str(arguments.output), next_step=advice, mend=mend)
+    if arguments.output:
+        refuse_existing(arguments.output, "rig file", "Give the designed one a name of its own.")
     own = loaded.rig.end_point.gain if loaded.rig.end_point is not None else 0.0
     tip_gain = own if arguments.tip_gain is None else arguments.tip_gain
     measured = _measured(loaded.rig, arguments.log) if arguments.log else []
