@@ -14,6 +14,7 @@ from math import inf, nan
 from typing import Protocol
 
 from config.schema.rig import Rig
+from config.schema.signals import Signal
 from daemon.checks.checks import Check, Reaction
 from daemon.cycle.facts import Facts
 from recording.format.fields import field_of_signal
@@ -158,6 +159,14 @@ def joint_subject(rig: Rig, joint: str) -> Subject:
 def open_limits(low: float | None, high: float | None) -> Limits:
     """An absent limit is none."""
     return (-inf if low is None else low, inf if high is None else high)
+
+
+AGE_LIMIT_FROM = "at most `signals.NAME.max_age`, either way: a stamp of another clock lies ahead"
+
+
+def age_limits(signal: Signal) -> Limits:
+    """Either way: a stamp of another clock lies ahead, and would be fresh for ever."""
+    return (-signal.max_age_s, signal.max_age_s)
 
 
 _UNITS = {"angle": "rad", "length": "m", "pressure": "Pa", "temperature": "degC", "acceleration": "m/s^2"}

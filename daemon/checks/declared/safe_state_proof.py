@@ -8,7 +8,18 @@ from math import inf
 from config.options.canopen_rig import proofs
 from config.schema.rig import Rig
 from daemon.checks.checks import Reaction
-from daemon.checks.declaration import Declaration, DeclaredFact, Family, Limits, Purpose, Stage, Subject, source_of
+from daemon.checks.declaration import (
+    AGE_LIMIT_FROM,
+    Declaration,
+    DeclaredFact,
+    Family,
+    Limits,
+    Purpose,
+    Stage,
+    Subject,
+    age_limits,
+    source_of,
+)
 
 
 def _demanded(rig: Rig, subject: Subject) -> Limits | None:
@@ -54,8 +65,8 @@ PRESSURE_AGE = Declaration(
     fact="{joint}.supply_pressure_age_s",
     meaning="time since the sample of the supply pressure was taken",
     unit="s",
-    limits=lambda rig, subject: (-inf, rig.signals[f"{subject['joint']}.supply_pressure"].max_age_s),
-    limit_from="at most `signals.NAME.max_age`",
+    limits=lambda rig, subject: age_limits(rig.signals[f"{subject['joint']}.supply_pressure"]),
+    limit_from=AGE_LIMIT_FROM,
     source="{source}",
     reaction=Reaction.FAULT,
     advice="Check {source}; `longreach status` shows what its link counts.",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from config.schema.rig import Rig
 from daemon.checks.checks import Reaction
-from daemon.checks.declaration import Declaration, Family, Stage, Subject, open_limits, signal_subject
+from daemon.checks.declaration import AGE_LIMIT_FROM, Declaration, Family, Stage, Subject, age_limits, open_limits, signal_subject
 from drivers.contract import Quality
 
 _LINK = "`longreach status` shows what its link counts. Then `longreach reset`."
@@ -35,8 +35,8 @@ AGE = Declaration(
     fact="{signal}_age_s",
     meaning="time since the sample was taken",
     unit="s",
-    limits=lambda rig, subject: (-rig.signals[subject["signal"]].max_age_s, rig.signals[subject["signal"]].max_age_s),
-    limit_from="at most `signals.NAME.max_age`, either way: a stamp of another clock lies ahead",
+    limits=lambda rig, subject: age_limits(rig.signals[subject["signal"]]),
+    limit_from=AGE_LIMIT_FROM,
     source="{source}",
     reaction=Reaction.FAULT,
     advice=f"{{source}} has gone silent, or stamps by another clock. Check its cable and supply; {_LINK}",
