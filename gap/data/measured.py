@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from config.errors import LogError
 from config.schema.rig import Rig
 from gap.data.uniform_grid import LEAST_ROWS, UNEVEN, Grid, grid_of
-from recording.files.reader import read_log
+from recording.files.reader import Log, read_log
 from recording.format.layout import CycleLayout
 from recording.importing.read_table import read_table
 from recording.importing.source_columns import columns_by_name
@@ -81,7 +81,7 @@ def load(path: Path, rig: Rig) -> Measured:
 
 def columns_of(path: Path, rig: Rig) -> Columns:
     """Columns of an MCAP log, or of a table whose columns have the log's names."""
-    return _csv_columns(path, rig) if path.suffix.lower() in _TABLES else _log_columns(path, rig)
+    return _csv_columns(path, rig) if path.suffix.lower() in _TABLES else log_columns(read_log(path), rig)
 
 
 def _csv_columns(path: Path, rig: Rig) -> dict[str, Array]:
@@ -89,12 +89,12 @@ def _csv_columns(path: Path, rig: Rig) -> dict[str, Array]:
     return columns
 
 
-def _log_columns(path: Path, rig: Rig) -> dict[str, Array]:
-    log = read_log(path)
+def log_columns(log: Log, rig: Rig) -> dict[str, Array]:
+    """Those of a log that is read. LogError for other joints than the rig's."""
     if log.layout.joint_names != tuple(rig.joints):
         names = f"{', '.join(log.layout.joint_names)} instead of {', '.join(rig.joints)}"
-        advice = f"Give the rig this log is from: `longreach log info {shlex.quote(str(path))}` names it."
-        raise LogError("the log has other joints than the rig", value=names, where=str(path), next_step=advice)
+        advice = f"Give the rig this log is from: `longreach log info {shlex.quote(str(log.path))}` names it."
+        raise LogError("the log has other joints than the rig", value=names, where=str(log.path), next_step=advice)
     return {name: np.asarray(values, dtype=np.float64) for name, values in log.columns.items()}
 
 

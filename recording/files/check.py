@@ -46,7 +46,11 @@ class CheckReport:
 
 def check_log(path: str | Path, rig: Rig | None = None) -> CheckReport:
     """All checks on one log. With `rig`, also whether the log is of that rig. Raises LogError when it cannot be read at all."""
-    log = read_log(path)
+    return checked(read_log(path), rig)
+
+
+def checked(log: Log, rig: Rig | None = None) -> CheckReport:
+    """The same of a log that is read already."""
     findings = [_whole(log), _attachments(log), _runs(log)]
     if log.cycles:
         findings += [_cycles(log), _time(log), _drops(log), _late(log), *_required_signals(log)]
@@ -54,7 +58,7 @@ def check_log(path: str | Path, rig: Rig | None = None) -> CheckReport:
         findings.append(LogFinding("cycles", "error", "there is no cycle in it"))
     if rig is not None:
         findings.append(_same_rig(log, rig))
-    return CheckReport(Path(path), tuple(findings))
+    return CheckReport(log.path, tuple(findings))
 
 
 def _whole(log: Log) -> LogFinding:

@@ -99,24 +99,26 @@ def _info(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> int:
     from config.loading.load import load_rig
-    from recording.files.check import check_log
+    from recording.files.check import checked
+    from recording.files.reader import read_log
 
     rig = load_rig(arguments.rig).rig if arguments.rig else None
-    report = check_log(arguments.log, rig)
+    log = read_log(arguments.log)
+    report = checked(log, rig)
     if rig is not None and rig.plant is not None and report.good:
-        report = dataclasses.replace(report, findings=(*report.findings, *_for_the_gap(arguments.log, rig)))
+        report = dataclasses.replace(report, findings=(*report.findings, *_for_the_gap(log, rig)))
     say(arguments, {**dataclasses.asdict(report), "good": report.good}, report.text())
     return 0 if report.good else EXIT_UNUSABLE_DATA
 
 
-def _for_the_gap(log: Path, rig: Rig) -> Iterator[LogFinding]:
+def _for_the_gap(log: Log, rig: Rig) -> Iterator[LogFinding]:
     """What `longreach gap find` would refuse or warn of; a log may be whole without being of use to it."""
     from gap.data.data_check import check
-    from gap.data.measured import load
+    from gap.data.measured import log_columns, on_grid
     from recording.files.check import LogFinding
 
     try:
-        problems = check([load(log, rig)], rig)
+        problems = check([on_grid(log.path, log_columns(log, rig), rig, sha256="")], rig)
     except LogError as error:
         yield LogFinding("gap", "warning", error.refusal.what)
         return
