@@ -114,6 +114,8 @@ class DeviceBank:
         for name, driver, outputs in self._writes:
             try:
                 driver.write([volts[joint] * scale if joint >= 0 else 0.0 for joint, scale in outputs], now_ns)
+            except LongreachError:
+                raise
             except Exception as error:  # whatever a driver raises
                 raise _of_device(name, error) from error
 
