@@ -34,6 +34,6 @@ def _unknown(kind: str, name: str, known: Iterable[str]) -> ConfigError:
     what, own = f"{name!r} is not among the shipped {kind}", f"{name}.yaml"
     if Path(own).is_file():
         return ConfigError(what, next_step="A file of that name is here: give its ending too.", mend={name: own})
-    near = nearest(name, known, _ALIKE) or next((each for each in known if each.startswith(name)), None)
+    near = nearest(name, known, _ALIKE) or next((each for each in known if name and each.startswith(name)), None)
     next_step = f"Give a path ending in .yaml, or one of: {', '.join(known)}."
     return ConfigError(f"{what}: nearest is {near!r}" if near else what, next_step=next_step)

@@ -72,7 +72,7 @@ def next_command(error: LongreachError, words: Sequence[str], arguments: argpars
         return named
     if isinstance(error, (DaemonError, DriverError)) and asks_daemon(arguments):
         return "longreach why"
-    if isinstance(error, LogError) and Path(error.refusal.where).is_dir():
+    if isinstance(error, LogError) and error.refusal.where and Path(error.refusal.where).is_dir():
         return f"longreach runs {shlex.quote(error.refusal.where)}"
     if isinstance(error, LogError) and error.refusal.where.endswith(".mcap"):
         return f"longreach log check {shlex.quote(error.refusal.where)}"

@@ -85,7 +85,7 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
         if needed:
             advice = f"Stop longreachd, set {' and '.join(needed)} in the rig file, start it again, identify, and set them back."
             advice += f" `longreachd {shlex.quote(loaded.path)}`"
-            raise UsageError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
+            raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
         with connect(arguments) as client:
             return on_daemon(client, wanted, progress)
     return in_lockstep(with_simulated_devices(loaded), wanted, arguments.out / "logs", arguments.seed, progress)
