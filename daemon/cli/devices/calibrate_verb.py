@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from daemon.cli.connection import add_json_option
 from daemon.cli.devices.words import of_rig
 from daemon.cli.options.numbers import COUNT, pause_s, whole
-from daemon.cli.options.output_file import output_file
+from daemon.cli.options.output_file import RIG_FILE
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -39,7 +39,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--reference-uncertainty", metavar="VALUE", help="standard uncertainty of the known values (default 0)")
     parser.add_argument("--valid-days", type=whole(1, 36500), default=365, help="days until it must be repeated (default 365)")
     parser.add_argument("--by", help="who calibrates (default user@host)")
-    parser.add_argument("-o", "--output", type=output_file(".yaml", ".yml"), metavar="FILE", help="write the rig file with the record here")
+    parser.add_argument("-o", "--output", type=RIG_FILE, metavar="FILE", help="write the rig file with the record here")
     parser.add_argument("--write", action="store_true", help="write the record into RIG.yaml itself")
     add_json_option(parser)
     parser.set_defaults(run_command=run)

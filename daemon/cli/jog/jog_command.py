@@ -13,10 +13,10 @@ from config.errors import DaemonError
 from config.readable import number
 from daemon.cli.connection import add_json_option, ask_to_stop, connect, show
 from daemon.cli.jog.steering import DEAD_MAN_S, FIRST_SPEED, SteeredMotion, Steering, keys_of
+from daemon.cli.options.countdown import add_countdown_option
 from daemon.cli.options.numbers import finite
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen, coloured
-from daemon.server.protocol import LONGEST_COUNTDOWN_S
 
 if TYPE_CHECKING:
     from daemon.cli.jog.keyboard import Key, Keyboard
@@ -43,9 +43,7 @@ def options(jog: argparse.ArgumentParser) -> None:
         "--speed", type=finite(1, 100, "%"), default=100.0 * FIRST_SPEED, metavar="PERCENT", help="of the limits, at first (default 10)"
     )
     jog.add_argument("--shaper", default=RIG_FILTER, choices=FILTERS, help="command filter of all joints (default: the rig's)")
-    jog.add_argument(
-        "--countdown", type=finite(0, LONGEST_COUNTDOWN_S, "s"), metavar="S", help="seconds of announcement (default: the rig's)"
-    )
+    add_countdown_option(jog)
     add_si_option(jog)
     add_json_option(jog)
     jog.set_defaults(run_command=_jog)

@@ -13,11 +13,12 @@ from config.errors import DaemonError
 from config.stated_sentences import StatedSentences
 from daemon.cli.connection import add_json_option, ask_to_stop, connect, show
 from daemon.cli.operate.status_commands import status_view
+from daemon.cli.options.countdown import add_countdown_option
 from daemon.cli.options.numbers import COUNT, finite
 from daemon.cli.options.shaper import add_shaper_options, shaper_request
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen
-from daemon.server.protocol import LONGEST_COUNTDOWN_S, LONGEST_SETTLE_S
+from daemon.server.protocol import LONGEST_SETTLE_S
 
 _POLL_S = 0.2
 _SETTLE_S = 10.0
@@ -35,9 +36,7 @@ def start_options(start: argparse.ArgumentParser) -> None:
     add_shaper_options(start)
     start.add_argument("--repeat", type=COUNT, default=1, metavar="N", help="run the program N times (default 1)")
     start.add_argument("--approach", action="store_true", help="first move slowly to where the maneuver starts")
-    start.add_argument(
-        "--countdown", type=finite(0, LONGEST_COUNTDOWN_S, "s"), metavar="S", help="seconds of announcement (default: the rig's)"
-    )
+    add_countdown_option(start)
     start.add_argument(
         "--settle",
         type=finite(0, LONGEST_SETTLE_S, "s"),

@@ -8,8 +8,7 @@ from typing import Any
 
 from config.errors import EXIT_REFUSED
 from daemon.cli.connection import add_json_option, connect
-from daemon.cli.options.numbers import finite
-from daemon.server.protocol import LONGEST_COUNTDOWN_S
+from daemon.cli.options.countdown import add_countdown_option
 
 _DESCRIPTION = """\
 Every device with outputs opens a little; then our heartbeat stops, later our set points, and each time the device must go safe by itself.
@@ -19,9 +18,7 @@ Once after every start of the daemon, with the hydraulic pressure OFF. Arming as
 
 def options(parser: argparse.ArgumentParser) -> None:
     parser.description = _DESCRIPTION
-    parser.add_argument(
-        "--countdown", type=finite(0, LONGEST_COUNTDOWN_S, "s"), metavar="S", help="seconds of announcement (default: the rig's)"
-    )
+    add_countdown_option(parser)
     parser.add_argument("--pressure-is-off", action="store_true", help="your word for it, where no sensor measures the supply pressure")
     add_json_option(parser)
     parser.set_defaults(run_command=_prove)

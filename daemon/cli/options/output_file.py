@@ -23,3 +23,4 @@ def output_file(*endings: str) -> Callable[[str], Path]:
 
 
 PICTURE = output_file(".png")
+RIG_FILE = output_file(".yaml", ".yml")

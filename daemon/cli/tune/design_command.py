@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from daemon.cli.connection import add_json_option
 from daemon.cli.options.numbers import COUNT, finite
-from daemon.cli.options.output_file import PICTURE, output_file
+from daemon.cli.options.output_file import PICTURE, RIG_FILE, output_file
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -41,9 +41,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         metavar="DESIGN.mat",
         help="write linearised plants and compensator for MATLAB and python-control",
     )
-    parser.add_argument(
-        "-o", "--output", type=output_file(".yaml", ".yml"), metavar="RIG.yaml", help="write the rig file with the compensator found"
-    )
+    parser.add_argument("-o", "--output", type=RIG_FILE, metavar="RIG.yaml", help="write the rig file with the compensator found")
     add_json_option(parser)
     parser.set_defaults(run_command=_design)
 
