@@ -41,7 +41,7 @@ def _stops(rig: Rig, plant: Plant, tree: YamlTree) -> Iterator[Finding]:
     for name, joint in rig.joints.items():
         stops = plant.joints[name].travel
         if joint.travel[0] < stops[0] or joint.travel[1] > stops[1]:
-            unit = "rad" if joint.motion == "rotary" else "m"
+            unit = joint.position_unit
             own, most = (f"{low:.6g} to {high:.6g} {unit}" for low, high in (joint.travel, stops))
             text = f"joints.{name}.travel {own} reaches beyond the stops of the simulated joint, {most}"
             yield error_at(tree, ("joints", name, "travel"), text)

@@ -25,9 +25,7 @@ def check_sensors(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
         if sensor is not None and not plant.joints[name].is_imposed:
             yield from _noise(rig, tree, name, sensor)
             yield from _steps(rig, tree, name, sensor)
-            yield from _range(
-                tree, f"{name}.position", sensor, joint.travel, "rad" if joint.motion == "rotary" else "m", f"joints.{name}.travel"
-            )
+            yield from _range(tree, f"{name}.position", sensor, joint.travel, joint.position_unit, f"joints.{name}.travel")
     yield from _pressures(rig, plant, tree)
 
 
@@ -42,7 +40,7 @@ def second_difference(noise: float, bandwidth_Hz: float, rate_Hz: float) -> floa
 
 def _noise(rig: Rig, tree: YamlTree, name: str, sensor: Sensor) -> Iterator[Finding]:
     joint, limits, rate_Hz = rig.joints[name], rig.interlocks.plausibility, rig.loop.rate_Hz
-    path, unit = ("plant", "sensors", f"{name}.position", "noise"), "rad" if joint.motion == "rotary" else "m"
+    path, unit = ("plant", "sensors", f"{name}.position", "noise"), joint.position_unit
     deviation = second_difference(sensor.noise, sensor.bandwidth_Hz, rate_Hz)
     rms = f"plant.sensors.{name}.position: noise of {sensor.noise:.3g} {unit} rms"
     if limits.noise is not None and deviation > limits.noise * joint.following_error_limit:
@@ -58,7 +56,7 @@ def _noise(rig: Rig, tree: YamlTree, name: str, sensor: Sensor) -> Iterator[Find
 def _steps(rig: Rig, tree: YamlTree, name: str, sensor: Sensor) -> Iterator[Finding]:
     """A moving count steps by whole counts, which looks like a jump, like noise or like a stuck sensor when counts are coarse."""
     joint, limits = rig.joints[name], rig.interlocks.plausibility
-    path, unit = ("plant", "sensors", f"{name}.position", "resolution"), "rad" if joint.motion == "rotary" else "m"
+    path, unit = ("plant", "sensors", f"{name}.position", "resolution"), joint.position_unit
     judged = (
         ("noise", limits.noise, joint.following_error_limit, unit, sensor.resolution),
         ("stuck", limits.stuck, joint.following_error_limit, unit, sensor.resolution),

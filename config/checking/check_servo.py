@@ -33,7 +33,7 @@ def _direction(rig: Rig, name: str) -> float:
 
 def _signs(rig: Rig, tree: YamlTree, name: str) -> Iterator[Finding]:
     servo, path = rig.servo[name], ("servo", name, "gain")
-    unit = "rad" if rig.joints[name].motion == "rotary" else "m"
+    unit = rig.joints[name].position_unit
     gain = f"servo.{name}.gain is {servo.gain:.4g} V/{unit}"
     if servo.gain == 0:
         yield warning_at(tree, path, f"{gain}: nothing holds the joint")

@@ -20,7 +20,7 @@ def check_signals(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
 def _signal_ranges(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
     for name, joint in rig.joints.items():
         signal = rig.signals[f"{name}.position"]
-        unit = "rad" if joint.motion == "rotary" else "m"
+        unit = joint.position_unit
         for bound, limit, inside in (("low", signal.low, min), ("high", signal.high, max)):
             edge = inside(joint.travel)
             if limit is not None and inside(limit, edge) != limit:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag, ValidationInfo, field_validator, model_validator
 
@@ -47,8 +47,9 @@ class Loop(Section):
 
 
 class Joint(Section):
-    """Limits of one joint; units are rad for rotary and m for linear joints, set by the subclasses."""
+    """Limits of one joint; `position_unit` is rad for rotary and m for linear joints, set by the subclasses."""
 
+    position_unit: ClassVar[str]
     travel: tuple[float, float]
     rate_limit: float
     acceleration_limit: float
@@ -65,6 +66,7 @@ class Joint(Section):
 
 
 class RotaryJoint(Joint):
+    position_unit: ClassVar[str] = "rad"
     motion: Literal["rotary"] = Field(description="how the joint moves")
     travel: tuple[float, float] = quantity("rad", "allowed positions, lower and upper")
     rate_limit: float = quantity("rad/s", "largest reference rate", low=1e-4, high=20)
@@ -73,6 +75,7 @@ class RotaryJoint(Joint):
 
 
 class LinearJoint(Joint):
+    position_unit: ClassVar[str] = "m"
     motion: Literal["linear"] = Field(description="how the joint moves")
     travel: tuple[float, float] = quantity("m", "allowed positions, lower and upper")
     rate_limit: float = quantity("m/s", "largest reference rate", low=1e-5, high=10)

@@ -153,7 +153,7 @@ def signal_subject(rig: Rig, name: str) -> Subject:
 
 def joint_subject(rig: Rig, joint: str) -> Subject:
     """`unit` is rad or m, `source` that of its position."""
-    return {"joint": joint, "source": source_of(rig, f"{joint}.position"), "unit": "rad" if rig.joints[joint].motion == "rotary" else "m"}
+    return {"joint": joint, "source": source_of(rig, f"{joint}.position"), "unit": rig.joints[joint].position_unit}
 
 
 def open_limits(low: float | None, high: float | None) -> Limits:

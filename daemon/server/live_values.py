@@ -23,7 +23,7 @@ class LiveValues:
     """`signals`: [name, SI unit] of every number of a sample. What the rig does not measure, raw counts and ages are left out."""
 
     def __init__(self, rig: Rig, facts: Facts) -> None:
-        following = {f"{name}.following_error": "rad" if joint.motion == "rotary" else "m" for name, joint in rig.joints.items()}
+        following = {f"{name}.following_error": joint.position_unit for name, joint in rig.joints.items()}
         row = {field.name: field.unit for field in _shown_fields(rig)}
         self.signals = [[name, unit] for name, unit in (row | _BESIDE_ROW | following).items()]
         self._indices = [facts.index(name) for name, _ in self.signals]
@@ -53,7 +53,7 @@ def units_answer(rig: Rig, checks: Sequence[Check], rig_text: str) -> dict[str, 
         return {"units": {}, "sentences": {}}
     si = {check.name: check.unit for check in checks}
     si |= {name: unit for name, (_, unit) in read_signals(rig).items()}
-    si |= {name: "rad" if joint.motion == "rotary" else "m" for name, joint in rig.joints.items()}
+    si |= {name: joint.position_unit for name, joint in rig.joints.items()}
     return {"units": conversions(si, stated_units(rig_text)), "sentences": sentence_units(rig_text)}
 
 

@@ -43,7 +43,7 @@ class StatusView:
             "uptime_s": uptime_s,
             "estop": "latched" if self._fact("estop_latched") else "released",
             "run": self._run(history.last_run),
-            "joints": {name: self._joint(name, joint.motion) for name, joint in self._rig.joints.items()},
+            "joints": {name: self._joint(name, joint.position_unit) for name, joint in self._rig.joints.items()},
             "tip": self._tip(),
             "supply": {name: self._supply(name) for name in self._rig.joints},
             "reservoir_temperature_C": self._fact("reservoir_temperature_C"),
@@ -81,8 +81,8 @@ class StatusView:
             "reason": run.reason,
         }
 
-    def _joint(self, name: str, motion: str) -> dict[str, Any]:
-        return {word: self._fact(f"{name}.{word}") for word in _JOINT_WORDS} | {"unit": "rad" if motion == "rotary" else "m"}
+    def _joint(self, name: str, unit: str) -> dict[str, Any]:
+        return {word: self._fact(f"{name}.{word}") for word in _JOINT_WORDS} | {"unit": unit}
 
     def _tip(self) -> dict[str, float]:
         """x and y of the rigid arm's tip in the paper's frame (arm along +Y at rotary 0), and what the tip sensors say."""

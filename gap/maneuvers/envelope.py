@@ -25,7 +25,7 @@ def check_envelope(rig: Rig, signals: Mapping[str, Array], following_errors: Map
 
 def _limits(rig: Rig, signals: Mapping[str, Array], following_errors: Mapping[str, float]) -> Iterator[_Limit]:
     for joint, limits in rig.joints.items():
-        unit = "rad" if limits.motion == "rotary" else "m"
+        unit = limits.position_unit
         yield f"following error of {joint}", following_errors[joint], None, MARGIN * limits.following_error_limit, unit
     bounds = rig.interlocks
     for name, values in signals.items():

@@ -46,7 +46,7 @@ def seen_in(channel: str, kind: str, rig: Rig) -> Fingerprint:
     if not channel.endswith(".position") or kind == "reading":
         return Fingerprint(channel, variable, "left over", "", 0)
     plain = rig.plant is not None and not rig.plant.joints[joint].is_hydraulic
-    unit = "rad" if rig.joints[joint].motion == "rotary" else "m"
+    unit = rig.joints[joint].position_unit
     if plain and kind in ("velocity", "acceleration", "position"):
         return Fingerprint(channel, variable, "acceleration left over", f"{unit}/s^2", 2)
     return Fingerprint(channel, variable, "rate left over", f"{unit}/s", 1)
@@ -81,7 +81,7 @@ def unit_of(variable: str, rig: Rig) -> str:
     joint, _, kind = variable.rpartition(".")
     if joint not in rig.joints:
         return ""
-    length = "rad" if rig.joints[joint].motion == "rotary" else "m"
+    length = rig.joints[joint].position_unit
     units = {
         "velocity": f"{length}/s",
         "acceleration": f"{length}/s^2",

@@ -91,7 +91,7 @@ def _joint(columns: Mapping[str, Array], runs: list[ClosedLoop], number: int, jo
     reference = columns[f"{joint}.reference"][:count] if f"{joint}.reference" in columns else planned
     commands = [columns[f"{joint}.command_V"][:count], *(run.commands_V[-run.running :, number][:count] for run in runs)]
     commands, errors = ([_smooth(values, rig) for values in series] for series in (commands, [reference - position, *errors]))
-    unit = "rad" if rig.joints[joint].motion == "rotary" else "m"
+    unit = rig.joints[joint].position_unit
     t_s = np.arange(count) / rig.loop.rate_Hz
     return JointReplay(joint, unit, t_s, (commands[0], commands[1], commands[2]), (errors[0], errors[1], errors[2]))
 

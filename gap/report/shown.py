@@ -44,7 +44,7 @@ def of_channel(found: Found, channel: str, units: FileUnits) -> Shown:
     """How a channel is shown; positions have their joint's unit where the log has none."""
     unit = str(found.content["gap"]["channels"].get(channel, {}).get("unit", ""))
     joint = found.rig.rig.joints.get(channel.split(".")[0])
-    return units.channel(channel, unit or ("" if joint is None else "rad" if joint.motion == "rotary" else "m"))
+    return units.channel(channel, unit or ("" if joint is None else joint.position_unit))
 
 
 def region_text(place: Disagreement, rig: Rig, units: FileUnits) -> str:

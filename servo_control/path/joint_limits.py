@@ -39,7 +39,7 @@ def joint_limits(rig: Rig) -> tuple[JointLimits, ...]:
 
 
 def _limits(name: str, joint: AnyJoint) -> JointLimits:
-    unit = "rad" if joint.motion == "rotary" else "m"
+    unit = joint.position_unit
     return JointLimits(name, unit, joint.travel, joint.rate_limit, joint.acceleration_limit, joint.command_limit_V)
 
 

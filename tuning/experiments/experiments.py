@@ -121,7 +121,7 @@ def _placed(rig: Rig) -> str:
 def _stands(rig: Rig, point: _Point) -> dict[str, str]:
     """Where every joint stands at the start."""
     name = _placed(rig)
-    place = f"{point.place!r} {'rad' if rig.joints[name].motion == 'rotary' else 'm'}"
+    place = f"{point.place!r} {rig.joints[name].position_unit}"
     return {name: place} if rig.arm.kind == "single_axis" else {"rotary": "0 rad", name: place}
 
 
@@ -180,7 +180,7 @@ def _ringing(rig: Rig, point: _Point) -> tuple[str, ...]:
 
 
 def _told(rig: Rig, point: _Point) -> str:
-    parts = [f"{point.amplitude_V:g} V", f"{point.place:.3f} {'rad' if rig.joints[_placed(rig)].motion == 'rotary' else 'm'}"]
+    parts = [f"{point.amplitude_V:g} V", f"{point.place:.3f} {rig.joints[_placed(rig)].position_unit}"]
     parts += [] if point.temperature_C is None else [f"{point.temperature_C:g} degC"]
     parts += [] if point.payload_kg is None else [f"{point.payload_kg:.2f} kg"]
     return ", ".join(parts)

@@ -63,7 +63,7 @@ def _picture(draw: Callable[[Figure], None]) -> bytes:
 def label(rig: Rig, response: Response) -> str:
     """Conditions of a response in few words."""
     at = response.measured.conditions
-    unit = "rad" if rig.joints[at.joint].motion == "rotary" else "m"
+    unit = rig.joints[at.joint].position_unit
     amplitude = f"{at.amplitude:.2g} {'V' if at.on == 'command' else 'rad or m'}"
     measured = ((at.extension_m, ".4f", "m"), (at.position, ".4f", unit), (at.oil_C, ".0f", "°C"), (at.payload_kg, ".3f", "kg"))
     return ", ".join(

@@ -122,7 +122,7 @@ def _of_arm(rig: Rig, link: LinkMode, pace: float) -> tuple[tuple[ExportedPlant,
 def _of_axis(rig: Rig) -> tuple[tuple[ExportedPlant, ...], tuple[ExportedPlant, ...]]:
     """Everywhere, and where it slides."""
     (joint,) = rig.joints
-    unit = "rad" if rig.joints[joint].motion == "rotary" else "m"
+    unit = rig.joints[joint].position_unit
     found = []
     for place in axis_places(rig):
         names = {"states": axis_states(place.arm, joint, unit), "inputs": [f"{joint}_command_V"], "outputs": [f"{joint}_position_{unit}"]}

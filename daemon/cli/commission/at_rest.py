@@ -86,7 +86,7 @@ def _where_it_stands(context: Context, name: str, mean: float, span: float) -> l
     joint, _, quantity = name.partition(".")
     if quantity != "position" or joint not in context.rig.joints:
         return []
-    unit = "rad" if context.rig.joints[joint].motion == "rotary" else "m"
+    unit = context.rig.joints[joint].position_unit
     reads = context.shown(mean, unit, joint)
     if not context.bench.simulated:
         seen = context.ask(f"{name} reads {reads}. Measured at the arm, is that where it stands?")

@@ -109,7 +109,7 @@ def _axis_values(context: Context, found: Identification) -> list[Value]:
 def _beside_the_plant(context: Context, response: Response) -> list[Value]:
     at, fit = response.measured.conditions, response.fit
     assert fit is not None
-    unit = "rad" if context.rig.joints[at.joint].motion == "rotary" else "m"
+    unit = context.rig.joints[at.joint].position_unit
     where = f"at {context.shown(at.position, unit, at.joint)}"
     believed = believed_axis(context.rig, at.position, at.oil_C)
     rate = fit.velocity_gain / believed.velocity_gain

@@ -118,7 +118,7 @@ def _move(joint: AnyJoint, share: float, rate: float, least_s: float) -> tuple[f
     """Distance, speed and unit of a move over a share of the travel that takes `least_s` or longer."""
     low, high = joint.travel
     way = share * (high - low)
-    return way, min(rate * joint.rate_limit, way / least_s), "rad" if joint.motion == "rotary" else "m"
+    return way, min(rate * joint.rate_limit, way / least_s), joint.position_unit
 
 
 def _jog(joint: str, by: float, speed: float, unit: str) -> dict[str, object]:

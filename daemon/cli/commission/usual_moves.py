@@ -34,7 +34,7 @@ def plain_moves(rig: Rig, share: float, rate: float) -> dict[str, str]:
     start, steps = [], []
     for name, joint in rig.joints.items():
         low, high = joint.travel
-        unit, middle = "rad" if joint.motion == "rotary" else "m", 0.5 * (low + high)
+        unit, middle = joint.position_unit, 0.5 * (low + high)
         start.append(f"{name}: {middle:.8g} {unit}")
         for goal in (middle + share * (high - low), middle):
             speed = f"{rate * joint.rate_limit:.8g} {unit}/s"

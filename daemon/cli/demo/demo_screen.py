@@ -61,7 +61,7 @@ class DemoScreen:
 
     def __init__(self, rig: LoadedRig, quiet: bool) -> None:
         self._quiet = quiet
-        joints = {name: "rad" if joint.motion == "rotary" else "m" for name, joint in rig.rig.joints.items()}
+        joints = {name: joint.position_unit for name, joint in rig.rig.joints.items()}
         self._units = conversions(joints, stated_units(rig.text))
         self._live = LiveScreen()
 

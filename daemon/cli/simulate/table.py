@@ -67,7 +67,7 @@ def _units(outcome: RunOutcome) -> dict[str, tuple[str, float]]:
     text = read_log(outcome.log).attachments["rig.yaml"].decode()
     stated, found = stated_units(text), {}
     for name, joint in rig_from_text(text).joints.items():
-        si = "rad" if joint.motion == "rotary" else "m"
+        si = joint.position_unit
         unit, factor, _ = conversion(si, stated.get(name, si)) or (si, 1.0, 0.0)
         found[name] = (unit, factor)
     return found
