@@ -20,6 +20,7 @@ from config.parsing.nearest import nearest, nearest_text
 from config.schema.section import unit_of
 from config.schema.signals import AnySignal
 from config.stated_sentences import Conversion
+from daemon.cli.devices.meant_for import RIG_CAN, RIG_MODBUS, refuse_others
 from daemon.cli.devices.where import DeviceLinks, of_word, section
 from drivers.canopen.node_reader import NodeReader
 from drivers.inspection.can_scan import Identity, identity
@@ -69,6 +70,8 @@ def device(arguments: argparse.Namespace) -> Iterator[ReadDevice]:
     """The device of the command line, open for reading. DriverError when it cannot be asked or does not answer."""
     where = of_word(arguments)
     named = _named(where, arguments)
+    if named is not None:
+        refuse_others(arguments, RIG_CAN if isinstance(named, CanopenOptions) else RIG_MODBUS)
     if isinstance(named, CanopenOptions):
         with _node(where, named.bus, named.node, named, arguments) as found:
             yield found
@@ -169,11 +172,12 @@ def _register(name: str, channel: ModbusChannel, scaling: Scaling | None) -> Dev
 
 def _registers(line: TcpOptions | RtuOptions, arguments: argparse.Namespace) -> TcpOptions | RtuOptions:
     """Numbers of one type, one after the other."""
-    common = {"table": arguments.table, "type": arguments.type, "word_order": arguments.word_order}
-    each = REGISTERS[arguments.type]
+    type_ = arguments.type or "uint16"
+    common = {"table": arguments.table, "type": type_, "word_order": arguments.word_order}
+    each, first = REGISTERS[type_], arguments.address or 0
     channels = {
-        f"number {number}": section(ModbusChannel, {**common, "address": arguments.address + each * number}, "--address")
-        for number in range(arguments.count)
+        f"number {number}": section(ModbusChannel, {**common, "address": first + each * number}, "--address")
+        for number in range(arguments.count or 8)
     }
     return line.model_copy(update={"unit_id": _needed(arguments.unit, "--unit", arguments.where), "channels": channels})
 

@@ -23,6 +23,7 @@ from config.options.modbus_options import RtuOptions, TcpOptions
 from config.parsing.problems import config_error
 from config.parsing.validation import validated
 from config.parsing.yaml_tree import parse
+from daemon.cli.devices.meant_for import CAN, RIG, RTU, TCP, refuse_others
 
 _NO_CHANNEL = {"register": {"address": 0}}  # a unit that is looked for has no channels yet
 _RANGE = re.compile(r"(\d+)(?:-(\d+))?")
@@ -76,7 +77,9 @@ def of_word(arguments: argparse.Namespace) -> DeviceLinks:
     if re.fullmatch(r"v?s?l?can\d+", arguments.where):
         bus = f"socketcan:{arguments.where}"
         raise ConfigError("a CAN bus is INTERFACE:CHANNEL", value=arguments.where, next_step=f"Write {bus}.", mend={arguments.where: bus})
-    if not colon or arguments.where.endswith((".yaml", ".yml")):
+    is_rig = not colon or arguments.where.endswith((".yaml", ".yml"))
+    refuse_others(arguments, RIG if is_rig else kind if kind in (TCP, RTU) else CAN)
+    if is_rig:
         return _of_rig(arguments.where)
     if kind == "tcp":
         return DeviceLinks([], _hosts(rest, arguments))

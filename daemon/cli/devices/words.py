@@ -38,10 +38,8 @@ def add_device(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--object", nargs="+", default=[], metavar="INDEX[:SUB][/TYPE]", help="objects, for example 6004 or 6401:2/i16")
     parser.add_argument("--eds", metavar="FILE", help="the maker's dictionary (default the shipped one of the node's profile)")
     parser.add_argument("--unit", type=whole(0, 255), help="Modbus unit")
-    parser.add_argument(
-        "--table", choices=("input", "holding"), default="input", help="input (function 4) or holding registers (function 3)"
-    )
-    parser.add_argument("--address", type=whole(0, 65535), default=0, help="first register, counted from 0 (30001 has address 0)")
-    parser.add_argument("--count", type=COUNT, default=8, help="how many numbers (default 8)")
-    parser.add_argument("--type", choices=("int16", "uint16", "int32", "uint32", "float32"), default="uint16", help="of the numbers")
-    parser.add_argument("--word-order", choices=("big", "little"), default="big", help="big: the high word stands in the first register")
+    parser.add_argument("--table", choices=("input", "holding"), help="input (function 4, the default) or holding registers (function 3)")
+    parser.add_argument("--address", type=whole(0, 65535), help="first register, counted from 0 (30001 has address 0; default 0)")
+    parser.add_argument("--count", type=COUNT, help="how many numbers (default 8)")
+    parser.add_argument("--type", choices=("int16", "uint16", "int32", "uint32", "float32"), help="of the numbers (default uint16)")
+    parser.add_argument("--word-order", choices=("big", "little"), help="big (the default): the high word stands in the first register")

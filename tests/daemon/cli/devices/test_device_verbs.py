@@ -80,6 +80,11 @@ def test_read_scales_as_the_rig_file_says(twin: tuple[Path, Twin], capsys: pytes
     assert gauges["prismatic.supply_pressure"]["type"] == "uint32, low word first"
 
 
+def test_objects_of_a_modbus_unit_are_refused(twin: tuple[Path, Twin], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["device", "read", str(twin[0]), "gauges", "--object", "6004"]) == 2
+    assert "--object says nothing for a Modbus device of a rig: 6004" in capsys.readouterr().err
+
+
 def test_watch_gives_lines_with_statistics_that_numpy_agrees_with(twin: tuple[Path, Twin], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["device", "watch", str(twin[0]), "gauges", "--every", "10 ms", "--for", "1 s", "--json"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -138,6 +143,13 @@ def test_registers_of_a_server_that_is_not_ours(capsys: pytest.CaptureFixture[st
         (["scan", "virtual:x", "--nodes", "0-5"], "not a range of numbers: 0-5"),
         (["scan", "virtual:x", "--bitrate", "9 Mbit/s"], "bitrate is out of range: 9 Mbit/s"),
         (["scan", "tcp:127.0.0.1:70000"], "not a range of numbers: 70000"),
+        (["read", "ornl_testbed_can", "rotary_encoder", "--node", "9"], "--node says nothing for a rig file: 9"),
+        (["read", "ornl_testbed_can", "rotary_encoder", "--table", "holding"], "--table says nothing for a rig file: holding"),
+        (["watch", "ornl_testbed_can", "rotary_encoder", "--address", "0"], "--address says nothing for a rig file: 0"),
+        (["scan", "ornl_testbed_can", "--bitrate", "1 Mbit/s"], "--bitrate says nothing for a rig file: 1 Mbit/s"),
+        (["read", "tcp:127.0.0.1", "--unit", "1", "--node", "3"], "--node says nothing for a Modbus host: 3"),
+        (["read", "virtual:x", "--node", "3", "--parity", "odd"], "--parity says nothing for a CAN bus: odd"),
+        (["read", "rtu:./line", "gauge", "--unit", "3"], "DEVICE says nothing for a serial line: gauge"),
     ],
 )
 def test_wrong_words_are_refused_with_what_to_do(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
