@@ -5,8 +5,9 @@ from __future__ import annotations
 import difflib
 from typing import Protocol, cast
 
-from config.errors import DriverError
+from config.errors import ConfigError, DriverError
 from config.options.driver_options import factories
+from config.options.plug_in_code import loaded
 from config.schema.rig import Device, Rig
 from drivers.contract import Driver
 
@@ -34,8 +35,7 @@ def create(name: str, device: Device, rig: Rig, lockstep: bool) -> Driver:
         advice = f"Did you mean {nearest[0]!r}?" if nearest else "Install the plug-in that brings it (entry-point group longreach.drivers)."
         raise DriverError("unknown driver", value=device.driver, limit=", ".join(known_drivers()), where=where, next_step=advice)
     try:
-        factory = cast(DriverFactory, point.load())
-    except Exception as error:  # whatever a foreign module raises on import
-        what, advice = f"the driver {device.driver!r} cannot be loaded", f"Its entry point is {point.value!r}: what does not load there?"
-        raise DriverError(what, value=f"{type(error).__name__}: {error}", where=where, next_step=advice) from error
+        factory = cast(DriverFactory, loaded(point, device.driver))
+    except ConfigError as error:
+        raise DriverError(error.refusal.what, value=error.refusal.value, where=where, next_step=error.refusal.next_step) from error
     return factory(name, device, rig, lockstep)

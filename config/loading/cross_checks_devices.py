@@ -13,8 +13,9 @@ from typing import Any, cast
 
 from config.errors import ConfigError
 from config.options.device_options import DeviceOptions, RigNames
-from config.options.driver_options import factories, options_schema
+from config.options.driver_options import SHIPPED, factories, options_schema
 from config.options.partly_right import as_far_as_right
+from config.options.plug_in_code import loaded, try_declarations, working
 from config.options.plug_ins import DRIVERS
 from config.parsing.nearest import nearest_text
 from config.parsing.problems import Problem
@@ -55,17 +56,31 @@ def _options(tree: YamlTree, name: str, device: Mapping[str, Any]) -> tuple[Devi
         advice = f"Drivers: {', '.join(known)}. Or install the plug-in that brings it (entry-point group {DRIVERS})."
         return None, [tree.problem(path, f"there is no driver {driver!r}{nearest_text(driver, known)}", next_step=advice)]
     try:
-        schema = options_schema(driver)
+        return _declared(tree, name, device)
     except ConfigError as error:
-        return None, [tree.problem(path, error.refusal.what, value=error.refusal.value, next_step=error.refusal.next_step)]
-    written = device.get("options") or {}
+        what = f"devices.{name}: {error.refusal.what}"
+        return None, [tree.problem(path, what, value=error.refusal.value, next_step=error.refusal.next_step)]
+
+
+def _declared(tree: YamlTree, name: str, device: Mapping[str, Any]) -> tuple[DeviceOptions | None, list[Problem]]:
+    """ConfigError for what a plug-in's code raises: the daemon could not use it either."""
+    driver, written = device["driver"], device.get("options") or {}
+    schema = options_schema(driver)
+    if driver not in SHIPPED:
+        loaded(factories()[driver], driver)
     if schema is None or not isinstance(written, dict):
         return None, []  # the schema of the rig file says that options are a section
     annotation: Any = schema
     for _ in ("options", name, "devices"):  # so that a problem has its place in the whole file
         annotation = GenericAlias(dict, (str, annotation))
-    content, problems = validated(annotation, replace(tree, plain={"devices": {name: {"options": written}}}))
-    return (None if problems else cast(DeviceOptions, content["devices"][name]["options"])), problems
+    with working(driver, "the class of options"):
+        content, problems = validated(annotation, replace(tree, plain={"devices": {name: {"options": written}}}))
+    if problems:
+        return None, problems
+    options = cast(DeviceOptions, content["devices"][name]["options"])
+    if driver not in SHIPPED:
+        try_declarations(driver, options, _rig_names(tree))
+    return options, []
 
 
 def _served(tree: YamlTree, devices: Mapping[str, DeviceOptions]) -> Iterator[Problem]:

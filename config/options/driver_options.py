@@ -11,6 +11,7 @@ from config.errors import ConfigError, Refusal
 from config.options.canopen_options import EncoderOptions, IoOptions, ValveOptions
 from config.options.device_options import DeviceOptions, RigNames
 from config.options.modbus_options import AnyModbusOptions
+from config.options.plug_in_code import loaded, working
 from config.options.plug_ins import DRIVERS, OPTIONS, installed
 from config.options.sim_options import SimOptions
 from config.parsing.validation import validated
@@ -52,11 +53,7 @@ def options_schema(driver: str) -> Any | None:
     point = installed(OPTIONS).get(driver)
     if point is None:
         return None
-    try:
-        schema = point.load()
-    except Exception as error:  # whatever a foreign module raises on import
-        value = f"{type(error).__name__}: {error}"
-        raise ConfigError(f"the options of the driver {driver!r} cannot be loaded", value=value, next_step=f"See {point.value}.") from error
+    schema = loaded(point, driver)
     if not all(isinstance(member, type) and issubclass(member, DeviceOptions) for member in members(schema)):
         advice = "Derive it from config.options.device_options.DeviceOptions."
         raise ConfigError(f"the options of the driver {driver!r} are no DeviceOptions", value=point.value, next_step=advice)
@@ -77,7 +74,8 @@ def device_options(name: str, device: Device) -> DeviceOptions | None:
     if schema is None:
         return None
     where = f"devices.{name}.options"
-    options, problems = validated(schema, parse(json.dumps(device.options, default=str), where))
+    with working(device.driver, "the class of options"):
+        options, problems = validated(schema, parse(json.dumps(device.options, default=str), where))
     if problems:
         raise _config_error(tuple(replace(problem.refusal, where=where) for problem in problems), where)
     return cast(DeviceOptions, options)

@@ -23,8 +23,11 @@ def as_far_as_right(device: Mapping[str, Any]) -> DeviceOptions | None:
         return None
     if schema is None or not isinstance(written, dict):
         return None
-    member = member_for(schema, written) if union_members(schema) else bare(schema)
-    return cast(DeviceOptions, _section(member, written))
+    try:
+        member = member_for(schema, written) if union_members(schema) else bare(schema)
+        return cast(DeviceOptions, _section(member, written))
+    except Exception:  # what a plug-in's class does with options that are wrong
+        return None
 
 
 def _section(section: type[Section], written: Mapping[str, Any]) -> Section:

@@ -101,6 +101,35 @@ def test_a_driver_that_declares_nothing_is_pointed_out(plug_in: Path) -> None:
     assert "the driver 'gauge' declares no options (entry-point group longreach.driver_options)" in told
 
 
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("def input_channels(self, rig):\n        return self.chanels", "input_channels() of the driver 'gauge' fails: AttributeError"),
+        ("def warnings(self):\n        yield 1 / 0", "warnings() of the driver 'gauge' fails: ZeroDivisionError: division by zero"),
+        (
+            "def model_post_init(self, _):\n        raise KeyError('port')",
+            "the class of options of the driver 'gauge' fails: KeyError: 'port'",
+        ),
+    ],
+)
+def test_code_of_an_options_class_that_fails_is_told_at_its_place(plug_in: Path, fault: str, message: str) -> None:
+    module, following = plug_in / "longreach_gauge.py", "    def address(self)"
+    module.write_text(module.read_text().replace(following, f"    {fault}\n\n{following}", 1))
+    told = [text for text in complaints(rig_with("{}")) if message in text]
+    assert told
+    assert told[0].startswith("bench.yaml:")
+    assert f"Mend it at {module}:" in told[0]
+
+
+def test_a_driver_whose_factory_is_missing_is_told_before_the_daemon_starts(plug_in: Path) -> None:
+    points = plug_in / "longreach_gauge-0.1.0.dist-info" / "entry_points.txt"
+    points.write_text(points.read_text().replace(":create", ":creat"))
+    installed.cache_clear()
+    (told,) = complaints(rig_with("{}"))
+    assert "the driver 'gauge' cannot be loaded: AttributeError" in told
+    assert "Its entry point is 'longreach_gauge:creat'" in told
+
+
 @pytest.mark.parametrize(("name", "message"), [("Gauge-1", "lower-case"), ("modbus", "is installed")])
 def test_a_name_that_cannot_be_used_writes_nothing(name: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["new-driver", name, "--out", str(tmp_path / "x")]) == 1
