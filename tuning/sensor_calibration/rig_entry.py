@@ -8,24 +8,26 @@ import json
 from config.loading.overrides import apply_overrides
 from config.parsing.yaml_tree import entry, parse
 from config.schema.signals import Calibration
+from config.stated_sentences import Conversion
 from tuning.sensor_calibration.line_fit import SensorCalibration
 
 _DIGITS = 9
 
 
 def calibration_entry(
-    found: SensorCalibration, unit: str, difference: str, before: Calibration, today: datetime.date, valid_days: int, by: str
+    found: SensorCalibration, shown: Conversion, before: Calibration, today: datetime.date, valid_days: int, by: str
 ) -> str:
-    """One line of YAML. `unit` of the values, `difference` of their differences (K for degC); what an expiry does stays as it was."""
-    noise = f"noise {found.noise:.3g} {difference}" if found.noise_is_known else "noise not measured"
-    points = f"{len(found.points)} points, residual {found.worst_residual:.3g} {difference}, {noise}"
+    """One line of YAML, in the unit in which the file states the signal. What an expiry does stays as it was."""
+    unit, factor, zero = shown
+    noise = f"noise {factor * found.noise:.3g} {unit}" if found.noise_is_known else "noise not measured"
+    points = f"{len(found.points)} points, residual {factor * found.worst_residual:.3g} {unit}, {noise}"
     parts = {
-        "scale": f"{found.scale:.{_DIGITS}g} {difference}",
-        "offset": f"{found.offset:.{_DIGITS}g} {unit}",
+        "scale": f"{factor * found.scale:.{_DIGITS}g} {unit}",
+        "offset": f"{factor * found.offset + zero:.{_DIGITS}g} {unit}",
         "calibrated_on": str(today),
         "valid_until": str(today + datetime.timedelta(days=valid_days)),
         "by": json.dumps(f"{by}: {points}", ensure_ascii=False),
-        **({"uncertainty": f"{found.uncertainty:.3g} {difference}"} if found.uncertainty is not None else {}),
+        **({"uncertainty": f"{factor * found.uncertainty:.3g} {unit}"} if found.uncertainty is not None else {}),
         "on_expiry": before.on_expiry,
     }
     return "{" + ", ".join(f"{key}: {value}" for key, value in parts.items()) + "}"

@@ -47,7 +47,9 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from config.loading.load import load_rig, read_text, rig_from_text
+    from config.loading.stated_units import stated_units
     from config.whole_file import write_whole
+    from daemon.cli.devices.device_numbers import scaling
     from daemon.host.host_facts import user_and_host
     from tuning.sensor_calibration.line_fit import calibrated
     from tuning.sensor_calibration.rig_entry import calibration_entry, with_calibration
@@ -59,7 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
     limits = _limits(arguments, difference)
     found = calibrated(_points(arguments, signal, unit), limits, difference, f"signals.{arguments.sensor}")
     by = arguments.by or user_and_host()
-    entry = calibration_entry(found, unit, difference, signal.calibration, datetime.date.today(), arguments.valid_days, by)
+    shown = scaling(arguments.sensor, signal, stated_units(loaded.text)).shown
+    entry = calibration_entry(found, shown, signal.calibration, datetime.date.today(), arguments.valid_days, by)
     text = with_calibration(read_text(Path(loaded.path)), arguments.sensor, entry)
     rig_from_text(text, str(output or loaded.path))
     if output is not None:

@@ -17,7 +17,7 @@ from daemon.cli.main import main
 from tests.support.drivers.local_nodes import PRE_OPERATIONAL, EncoderNode, NodeBench
 from tests.support.sim_backend.twin_rig import PRISMATIC_ENCODER, free_port, twin_rig_text
 
-SENSOR = "prismatic.position"
+SENSOR, OIL = "prismatic.position", "reservoir_temperature"
 BY_HAND = ["--at", "12 in=60000", "--at", "36 in=36000", "--at", "60 in=12000"]
 
 
@@ -55,7 +55,7 @@ def test_sign_scale_and_zero_from_a_moved_encoder(rig: Path, capsys: pytest.Capt
     np.testing.assert_allclose([calibration.scale, calibration.offset], [-0.02e-3, 2.0], rtol=1e-6)
     assert calibration.calibrated_on == datetime.date.today()
     assert "3 points" in calibration.by
-    assert "noise 0 m" in calibration.by
+    assert "noise 0 in" in calibration.by
 
 
 def test_the_record_is_dated_and_check_tells_when_it_ends(rig: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -65,8 +65,8 @@ def test_the_record_is_dated_and_check_tells_when_it_ends(rig: Path, capsys: pyt
     after = rig.read_text()
     assert set(before.splitlines()) - set(after.splitlines()) <= {"      scale: 25 um", "      offset: 0 m"}, "all other lines stay"
     (entry,) = set(after.splitlines()) - set(before.splitlines())
-    assert entry.strip().startswith("{scale: -2.54e-05 m, offset: 1.8288 m, calibrated_on:")
-    assert 'by: "me: 3 points, residual 0 m, noise not measured"' in entry
+    assert entry.strip().startswith("{scale: -0.001 in, offset: 72 in, calibrated_on:")
+    assert 'by: "me: 3 points, residual 0 in, noise not measured"' in entry
     loaded = load_rig(rig)
     later = datetime.date.today() + datetime.timedelta(days=31)
     ended = [each.text for each in check_rig(loaded, later) if f"{SENSOR}: the calibration was valid until" in each.text]
@@ -125,3 +125,13 @@ def test_comments_behind_the_old_calibration_go_with_it(tmp_path: Path, capsys: 
     (line,) = [each for each in lines if "calibrated_on" in each]
     assert line.endswith("on_expiry: warn}")
     assert lines[lines.index(line) + 1].endswith("# [A] range of the transducer is +-90 deg")
+
+
+def test_the_record_is_in_the_unit_in_which_the_file_states_the_signal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A temperature: a scale has no zero of its own, an offset has. 32 degF are 0 degC, 0.18 degF a tenth of a kelvin."""
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(load_rig("analogue_axis").text.replace("low: -5 degC ", "low: 23 degF ").replace("high: 105 degC", "high: 221 degF"))
+    assert main(["device", "calibrate", str(mine), OIL, "--at", "32 degF=0", "--at", "212 degF=1000", "--write"]) == 0
+    assert "calibration: {scale: 0.18 degF, offset: 32 degF, calibrated_on:" in mine.read_text()
+    calibration = load_rig(mine).rig.signals[OIL].calibration
+    np.testing.assert_allclose([calibration.scale, calibration.offset], [0.1, 0.0], atol=1e-9)
