@@ -101,8 +101,13 @@ def _least(search: EvidenceSearch, outcome: Said) -> tuple[LeastSize, ...]:
     """Sizes at which the others would have been as probable as not, by the fit logs: the hold-out proposes no name."""
     chosen = outcome.chosen
     found = visible_sizes(search.seen, chosen, search.suspects_beside(chosen), -search.log_odds)
-    stated = [s.suspect.free.start if isinstance(s.suspect, Changed) else None for s in found]
-    return tuple(LeastSize(s.suspect.effect, s.suspect.where, s.parameter, s.unit, s.size, at) for s, at in zip(found, stated, strict=True))
+    return tuple(
+        LeastSize(
+            s.suspect.effect, s.suspect.where, s.parameter, s.unit, s.size,
+            s.suspect.free.start if isinstance(s.suspect, Changed) else None, s.assumed,
+        )
+        for s in found
+    )  # fmt: skip
 
 
 def _alone(state: SearchState, search: EvidenceSearch, outcome: Said) -> tuple[Model, Fitted] | None:

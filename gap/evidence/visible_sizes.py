@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,12 +19,14 @@ _ROUNDS = 3  # of columns
 @dataclass(frozen=True, slots=True)
 class VisibleSize:
     """A suspect and the size from which it would show: of its first parameter, from its neutral or its stated value, SI; infinite where no
-    plausible one would."""
+    plausible one would. `assumed`: its other parameters and their units, where the search starts; a spring with hardly any play shows by
+    the stiffness assumed, and a stiffer one may not."""
 
     suspect: Suspect
     parameter: str
     unit: str
     size: float
+    assumed: Mapping[str, tuple[float, str]] = field(default_factory=dict)
 
 
 def visible_sizes(seen: Seen, base: Hypothesis, suspects: Sequence[Suspect], needed: float) -> list[VisibleSize]:
@@ -52,4 +54,5 @@ def _named(suspect: Suspect, size: float) -> VisibleSize:
     if not suspect.free:
         return VisibleSize(suspect, "", "", size)
     free = suspect.free[first_of(suspect)]
-    return VisibleSize(suspect, free.key, free.unit, size)
+    assumed = {other.key: (other.start, other.unit) for other in suspect.free if other is not free}
+    return VisibleSize(suspect, free.key, free.unit, size, assumed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from math import inf
 from typing import Any
@@ -29,7 +29,7 @@ from gap.suspects.candidates import Candidate
 @dataclass(frozen=True, slots=True)
 class LeastSize:
     """The smallest size (SI) of an effect's parameter at which it would have been named; infinite where none would. `stated`: where it is
-    a number of the rig file, from which it would have to differ by as much."""
+    a number of the rig file, from which it would have to differ by as much. `assumed`: the effect's other parameters, with units."""
 
     effect: str
     where: str
@@ -37,6 +37,7 @@ class LeastSize:
     unit: str
     size: float
     stated: float | None = None
+    assumed: Mapping[str, tuple[float, str]] = field(default_factory=dict)
 
 
 def finding(name: Named, final: Fitted, by_fit: Fitted) -> dict[str, Any]:
@@ -161,7 +162,8 @@ def not_seen(sizes: Sequence[LeastSize], named: Set[tuple[str, str]], steps: Map
         if (s.effect, s.where) not in named:
             by_eye = steps.get(s.where, math.inf) if s.effect == "sensor_quantization" else math.inf
             row = {"effect": s.effect, "where": s.where, "parameter": s.parameter, "smallest_visible": _short(min(s.size, by_eye))}
-            rows.append(row | {"unit": s.unit} | ({} if s.stated is None else {"stated": _short(s.stated)}))
+            assumed = {key: {"value": _short(value), "unit": unit} for key, (value, unit) in s.assumed.items()}
+            rows.append(row | {"unit": s.unit, "assumed": assumed} | ({} if s.stated is None else {"stated": _short(s.stated)}))
     return sorted(rows, key=lambda row: (str(row["effect"]), str(row["where"])))
 
 

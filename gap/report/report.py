@@ -188,12 +188,23 @@ def _replay(found: Found, request: Path | None, units: FileUnits) -> str:
 
 def _not_seen(found: Found, units: FileUnits) -> str:
     rows = [
-        [_suspect(r, units), r["where"], r["parameter"], units.channel(r["where"], r["unit"]).text(r["smallest_visible"])]
+        [
+            _suspect(r, units),
+            r["where"],
+            r["parameter"],
+            units.channel(r["where"], r["unit"]).text(r["smallest_visible"]),
+            _assumed(r, units),
+        ]
         for r in found.content["not_seen"]
     ]
     said = "Effects that were looked for and not named, with the smallest size that these logs would have shown, as the search reckons it."
     said += " From that size on their probability would have been 0.5 and more; of a number of the rig file, from so large a change on."
-    return "<h2>Not seen</h2>" + paragraph(said) + table(["effect", "where", "parameter", "smallest visible"], rows)
+    said += " Its other numbers are then as assumed: with others the size may be another."
+    return "<h2>Not seen</h2>" + paragraph(said) + table(["effect", "where", "parameter", "smallest visible", "assumed"], rows)
+
+
+def _assumed(row: dict[str, Any], units: FileUnits) -> str:
+    return ", ".join(f"{key} {units.channel(row['where'], one['unit']).text(one['value'])}" for key, one in row["assumed"].items())
 
 
 def _suspect(row: dict[str, Any], units: FileUnits) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import degrees
 
 from config.errors import ManeuverError
+from config.parsing.nearest import nearest
 from config.schema.rig import AnyJoint, Rig
 
 # Share of a joint's limits used where speed does not matter: approach, return, jog.
@@ -43,11 +44,18 @@ def _limits(name: str, joint: AnyJoint) -> JointLimits:
     return JointLimits(name, unit, joint.travel, joint.rate_limit, joint.acceleration_limit, joint.command_limit_V)
 
 
-def joint_index(joints: tuple[JointLimits, ...], name: str, where: str) -> int:
-    """Raises ManeuverError for a joint the rig has not."""
+def joint_index(joints: tuple[JointLimits, ...], name: str, where: str, key: str = "") -> int:
+    """Raises ManeuverError for a joint the rig has not. `key`: what a maneuver file says it with, where it can be said anew."""
     names = [joint.name for joint in joints]
     if name not in names:
-        raise ManeuverError("the rig has no such joint", value=name, limit=", ".join(names), where=where)
+        meant = nearest(name, names) or (names[0] if len(names) == 1 else None)
+        advice = (
+            "Name a joint of the rig, with ways and speeds in its unit."
+            if meant is None
+            else f"Name {meant}, with ways and speeds in its unit."
+        )
+        mend = {key: meant} if key and meant else {}
+        raise ManeuverError("the rig has no such joint", value=name, limit=", ".join(names), where=where, next_step=advice, mend=mend)
     return names.index(name)
 
 
@@ -57,7 +65,8 @@ def in_joint_units(value: float | str, joint: JointLimits, per: str = "", where:
         return float(value)
     number, _, unit = value.partition(" ")
     if unit != joint.unit + per:
-        raise ManeuverError(f"wrong kind of unit for the joint {joint.name}", value=value, limit=joint.unit + per, where=where)
+        what, advice = f"wrong kind of unit for the joint {joint.name}", f"Write it in {joint.unit + per}, or in a unit of the same kind."
+        raise ManeuverError(what, value=f"{float(number):.6g} {unit}", limit=joint.unit + per, where=where, next_step=advice)
     return float(number)
 
 
@@ -67,5 +76,6 @@ def in_volts(value: float | str, per: str = "", where: str = "") -> float:
         return float(value)
     number, _, unit = value.partition(" ")
     if unit != "V" + per:
-        raise ManeuverError("an excitation on the command is in volts", value=value, limit="V" + per, where=where)
+        what = "an excitation on the command is in volts"
+        raise ManeuverError(what, value=f"{float(number):.6g} {unit}", limit="V" + per, where=where, next_step=f"Write it in V{per}.")
     return float(number)

@@ -44,18 +44,18 @@ def joint_steps(m: JointSteps, ground: Ground) -> list[Piece]:
     for number, step in enumerate(m.steps, start=1):
         j = joint_index(ground.joints, step.joint, f"{m.name}, step {number}")
         where = f"{m.name}, step {number}"
-        goal = in_joint_units(step.to, ground.joints[j], "", where) if step.to is not None else here[j]
-        goal += in_joint_units(step.by, ground.joints[j], "", where) if step.by is not None else 0.0
+        goal = in_joint_units(step.to, ground.joints[j], "", f"{where}, to") if step.to is not None else here[j]
+        goal += in_joint_units(step.by, ground.joints[j], "", f"{where}, by") if step.by is not None else 0.0
         pieces += _move_and_hold(number, here, _with(here, j, goal), _Pace(ground, j, step.speed, step.acceleration, where), step.hold_s)
         here = _with(here, j, goal)
     return pieces
 
 
 def jog(m: Jog, ground: Ground) -> list[Piece]:
-    j = joint_index(ground.joints, m.joint, m.name)
+    j = joint_index(ground.joints, m.joint, m.name, "joint")
     joint = ground.joints[j]
     speed = m.speed if m.speed is not None else SLOW_SHARE * joint.rate
-    goal = ground.start[j] + in_joint_units(m.by, joint, "", m.name)
+    goal = ground.start[j] + in_joint_units(m.by, joint, "", f"{m.name}, by")
     return _move_and_hold(
         1, ground.start, _with(ground.start, j, goal), _Pace(ground, j, speed, SLOW_SHARE * joint.acceleration, m.name), 0.0
     )
@@ -66,8 +66,8 @@ def hold(m: Hold, ground: Ground) -> list[Piece]:
 
 
 def fast_strokes(m: FastStrokes, ground: Ground) -> list[Piece]:
-    j = joint_index(ground.joints, m.joint, m.name)
-    far = _with(ground.start, j, ground.start[j] + in_joint_units(m.by, ground.joints[j], "", m.name))
+    j = joint_index(ground.joints, m.joint, m.name, "joint")
+    far = _with(ground.start, j, ground.start[j] + in_joint_units(m.by, ground.joints[j], "", f"{m.name}, by"))
     pace = _Pace(ground, j, m.speed, m.acceleration, m.name)
     pieces: list[Piece] = []
     here = ground.start
@@ -79,11 +79,13 @@ def fast_strokes(m: FastStrokes, ground: Ground) -> list[Piece]:
 
 
 def slow_triangle(m: SlowTriangle, ground: Ground) -> list[Piece]:
-    j = joint_index(ground.joints, m.joint, m.name)
+    j = joint_index(ground.joints, m.joint, m.name, "joint")
     joint = ground.joints[j]
     on_command = m.on == "command"
-    amplitude = in_volts(m.amplitude, "", m.name) if on_command else in_joint_units(m.amplitude, joint, "", m.name)
-    rate = in_volts(m.rate, "/s", m.name) if on_command else in_joint_units(m.rate, joint, "/s", m.name)
+    amplitude = (
+        in_volts(m.amplitude, "", f"{m.name}, amplitude") if on_command else in_joint_units(m.amplitude, joint, "", f"{m.name}, amplitude")
+    )
+    rate = in_volts(m.rate, "/s", f"{m.name}, rate") if on_command else in_joint_units(m.rate, joint, "/s", f"{m.name}, rate")
     _check_triangle(amplitude, rate, "V" if on_command else joint.unit, m.name)
     if on_command:
         return [_on_command("triangle", ground, j, Triangle(amplitude, rate, m.cycles))]
@@ -108,10 +110,10 @@ def _check_triangle(amplitude: float, rate: float, unit: str, where: str) -> Non
 
 
 def staircase(m: Staircase, ground: Ground) -> list[Piece]:
-    j = joint_index(ground.joints, m.joint, m.name)
+    j = joint_index(ground.joints, m.joint, m.name, "joint")
     if m.on == "command":
-        return [_on_command("stairs", ground, j, Stairs(in_volts(m.step, "", m.name), m.steps, m.hold_s))]
-    step = in_joint_units(m.step, ground.joints[j], "", m.name)
+        return [_on_command("stairs", ground, j, Stairs(in_volts(m.step, "", f"{m.name}, step"), m.steps, m.hold_s))]
+    step = in_joint_units(m.step, ground.joints[j], "", f"{m.name}, step")
     pieces: list[Piece] = []
     here = ground.start
     for number, level in enumerate((*range(1, m.steps + 1), *range(m.steps - 1, -1, -1)), start=1):
@@ -122,15 +124,23 @@ def staircase(m: Staircase, ground: Ground) -> list[Piece]:
 
 
 def sine_sweep(m: SineSweep, ground: Ground) -> list[Piece]:
-    j = joint_index(ground.joints, m.joint, m.name)
-    amplitude = in_volts(m.amplitude, "", m.name) if m.on == "command" else in_joint_units(m.amplitude, ground.joints[j], "", m.name)
+    j = joint_index(ground.joints, m.joint, m.name, "joint")
+    amplitude = (
+        in_volts(m.amplitude, "", f"{m.name}, amplitude")
+        if m.on == "command"
+        else in_joint_units(m.amplitude, ground.joints[j], "", f"{m.name}, amplitude")
+    )
     wave = Sweep(amplitude, m.from_Hz, m.to_Hz, m.duration_s, m.fade_s, logarithmic=m.law == "logarithmic")
     return [Excited("sweep", ground.start, j, wave, on_command=m.on == "command")]
 
 
 def multisine(m: Multisine, ground: Ground) -> list[Piece]:
-    j = joint_index(ground.joints, m.joint, m.name)
-    amplitude = in_volts(m.amplitude, "", m.name) if m.on == "command" else in_joint_units(m.amplitude, ground.joints[j], "", m.name)
+    j = joint_index(ground.joints, m.joint, m.name, "joint")
+    amplitude = (
+        in_volts(m.amplitude, "", f"{m.name}, amplitude")
+        if m.on == "command"
+        else in_joint_units(m.amplitude, ground.joints[j], "", f"{m.name}, amplitude")
+    )
     harmonics = odd_harmonics(m.from_Hz, m.to_Hz, m.period_s, m.lines)
     wave = MultisineWave(amplitude, harmonics, m.period_s, m.periods, m.fade_s, m.seed, m.crest_limit)
     return [Excited("multisine", ground.start, j, wave, on_command=m.on == "command")]
@@ -156,8 +166,8 @@ class _Pace:
 
     def __init__(self, ground: Ground, j: int, speed: float | str | None, acceleration: float | str | None, where: str) -> None:
         joint = ground.joints[j]
-        v = joint.rate if speed is None else in_joint_units(speed, joint, "/s", where)
-        a = joint.acceleration if acceleration is None else in_joint_units(acceleration, joint, "/s^2", where)
+        v = joint.rate if speed is None else in_joint_units(speed, joint, "/s", f"{where}, speed")
+        a = joint.acceleration if acceleration is None else in_joint_units(acceleration, joint, "/s^2", f"{where}, acceleration")
         if v <= 0.0 or a <= 0.0:
             raise ManeuverError("speed and acceleration must be above 0", value=f"{v:g}, {a:g}", where=where)
         self.speeds = _with(tuple(limits.rate for limits in ground.joints), j, v)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from config.errors import ConfigError
 from config.schema.rig import Rig
 from sim_backend.plant import SimulatedRig
 from sim_backend.twin.assembly import bench, can_bus
@@ -23,16 +24,21 @@ _SWITCH_INTERVAL_S = 1e-4  # the Modbus thread must not keep the CAN side waitin
 
 
 class Twin:
-    """Everything behind the twin's sockets. `interface` and `channel` replace those of the rig file."""
+    """Everything behind the twin's sockets. `interface` and `channel` replace those of the rig file.
+
+    ConfigError for a rig without a device on a bus or line: nobody could ever ask this twin.
+    """
 
     def __init__(self, rig: Rig, interface: str = "", channel: str = "", control: Path | None = None, seed: int = 0) -> None:
-        bus = can_bus(rig)
+        bus, units = can_bus(rig), modbus_units(rig)
+        if bus is None and not units:
+            advice = "longreachd simulates such a rig by itself; docs/guide/rig/hardware-twin.md shows devices to write."
+            raise ConfigError("no device of the rig is on a CAN bus or a Modbus line", value=rig.name, where="devices", next_step=advice)
         self._port = CanPort(interface or bus.interface, channel or bus.channel) if bus else None
         self.bench: SimulatedDevices = bench(rig, SimulatedRig(rig, seed), self._port.send if self._port else _nowhere)
         self._bus_faults = BusFaults(self._port) if self._port else None
         if self._bus_faults:
             self.bench.devices["bus"] = self._bus_faults
-        units = modbus_units(rig)
         for unit in (unit for group in units.values() for unit in group):
             self.bench.add(unit.name, unit, unit.update)
         self._servers = ModbusServers(units) if units else None

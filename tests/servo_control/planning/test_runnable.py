@@ -22,7 +22,7 @@ def test_the_testbed_runs_every_shipped_maneuver() -> None:
 def test_a_single_axis_runs_those_that_name_no_other_joint() -> None:
     found = reasons("cu_rigid_arm")
     assert [name for name, reason in found.items() if not reason] == ["hold"]
-    assert found["jog"] == "the rig has no such joint: rotary (limit: hub)"
+    assert found["jog"] == "the rig has no such joint: rotary (limit: hub). Name hub, with ways and speeds in its unit."
 
 
 @pytest.mark.parametrize("name", ["paper_line", "staircase"])
