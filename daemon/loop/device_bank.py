@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from math import nan
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from math import isfinite, nan
 from typing import NamedTuple
 
 from config.errors import DriverError, LongreachError
@@ -64,7 +64,7 @@ class DeviceBank:
             try:
                 driver.open()
                 driver.configure()
-            except Exception as error:  # a foreign driver raises what it likes
+            except (Exception, SystemExit) as error:  # a foreign driver raises what it likes
                 with suppress(Exception):  # the first refusal is the one to report
                     self.close()
                 if isinstance(error, LongreachError):
@@ -83,12 +83,14 @@ class DeviceBank:
         The outputs must be safe. `between` is called after each. Raises what a driver raises.
         """
         for name in self._set_up:
-            self.drivers[name].configure()
+            with _of(name):
+                self.drivers[name].configure()
             between()
 
     def activate(self) -> None:
-        for driver in self.drivers.values():
-            driver.activate()
+        for name, driver in self.drivers.items():
+            with _of(name):
+                driver.activate()
 
     def read(self, now_ns: int, values: list[float]) -> None:
         """Every signal's value, raw count, age and quality into the facts. A sample that is BAD or too old has the value NaN.
@@ -99,7 +101,7 @@ class DeviceBank:
         for name, driver, inputs in self._reads:
             try:
                 _store(inputs, driver.read(now_ns), now_ns, values)
-            except Exception as error:  # whatever a driver raises
+            except (Exception, SystemExit) as error:  # whatever a driver raises
                 first = first or _of_device(name, error)
                 _forget(inputs, values)
         for box, samples, inputs, counts in self._slow_reads:
@@ -116,7 +118,7 @@ class DeviceBank:
                 driver.write([volts[joint] * scale if joint >= 0 else 0.0 for joint, scale in outputs], now_ns)
             except LongreachError:
                 raise
-            except Exception as error:  # whatever a driver raises
+            except (Exception, SystemExit) as error:  # whatever a driver raises
                 raise _of_device(name, error) from error
 
     def safe(self) -> None:
@@ -127,29 +129,41 @@ class DeviceBank:
         self._all(lambda driver: driver.close())
 
     def _all(self, verb: Callable[[Driver], None]) -> None:
-        first: BaseException | None = None
+        first: Exception | None = None
         for name, driver in self.drivers.items():
             try:
                 verb(driver)
-            except Exception as error:  # the other devices must become safe too
+            except (Exception, SystemExit) as error:  # the other devices must become safe too
                 first = first or _of_device(name, error)
         if first is not None:
             raise first
 
 
-def _of_device(name: str, error: Exception) -> Exception:
+@contextmanager
+def _of(name: str) -> Iterator[None]:
+    """Whatever this device's driver raises inside, an attempt to end the process too, is an Exception that names the device."""
+    try:
+        yield
+    except LongreachError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise _of_device(name, error) from error
+
+
+def _of_device(name: str, error: Exception | SystemExit) -> Exception:
     """An error of a foreign driver with the device that it is of; ours say it themselves."""
     return error if isinstance(error, LongreachError) else DriverError(f"{type(error).__name__}: {error}", where=f"devices.{name}")
 
 
 def _store(inputs: list[_Input], samples: Sequence[Sample], now_ns: int, values: list[float]) -> None:
+    """TypeError for what is no number, before it is anywhere: it could neither be logged nor compared. An infinite value is none."""
     for channel, value, raw, age, quality, scale, offset, max_age_s in inputs:
         sample = samples[channel]
-        count = sample.raw
-        values[raw] = count
-        values[age] = age_s = (now_ns - sample.stamp_ns) * 1e-9 if sample.stamp_ns else nan  # one that never came has no age
-        values[quality] = sample.quality
-        values[value] = offset + scale * count if sample.quality != Quality.BAD and -max_age_s <= age_s <= max_age_s else nan
+        count, kind = sample.raw + 0.0, sample.quality + 0
+        age_s = (now_ns - sample.stamp_ns) * 1e-9 if sample.stamp_ns else nan  # one that never came has no age
+        measured = offset + scale * count if kind != Quality.BAD and -max_age_s <= age_s <= max_age_s else nan
+        values[raw], values[age], values[quality] = count, age_s, kind
+        values[value] = measured if isfinite(measured) else nan
 
 
 def _refuse_unprovable(rig: Rig, drivers: Mapping[str, Driver]) -> None:

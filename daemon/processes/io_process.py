@@ -47,7 +47,7 @@ class SlowDevice:
         while not ended.is_set():
             try:
                 self._poll(self._create(self.name, self._rig.devices[self.name], self._rig, False), ended)
-            except Exception as error:  # whatever a driver raises; the loop sees it by the age of the samples
+            except (Exception, SystemExit) as error:  # whatever a driver raises; the loop sees it by the age of the samples
                 self.failures += 1
                 self._post()
                 print(f"longreachd: slow device {self.name}: {error}; trying again in {RETRY_S:g} s", file=sys.stderr, flush=True)

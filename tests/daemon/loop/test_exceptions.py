@@ -32,6 +32,23 @@ def test_a_device_that_raises_is_a_fault_and_not_the_end(tmp_path: Path, verb: s
         assert rig.mode is Mode.HOLDING
 
 
+@pytest.mark.parametrize("verb", ["read", "write", "activate"])
+def test_a_device_cannot_end_the_process(tmp_path: Path, verb: str) -> None:
+    """A library below a driver may call sys.exit()."""
+
+    def end() -> None:
+        raise SystemExit(0)
+
+    with simple_rig(tmp_path) as (rig, device):
+        rig.cycles(2)
+        setattr(device, f"on_{verb}", end)
+        rig.post(OperatorAction.RESET)
+        rig.post(OperatorAction.ARM)
+        rig.until(lambda: rig.mode is Mode.FAULT, 1.0)
+        assert device.written is None
+        assert "devices.plant: SystemExit" in rig.loop.keeper.why_fault
+
+
 def test_outputs_are_made_safe_on_all_devices_when_one_refuses_to_activate(tmp_path: Path) -> None:
     """Those before it are active already, and an active valve that is not told stays where it is."""
 

@@ -44,6 +44,20 @@ def test_infinite_values_are_no_numbers_either(tmp_path: Path) -> None:
         assert device.written is None
 
 
+@pytest.mark.parametrize("said", [{"raw": None}, {"raw": "7"}, {"raw": [1.0]}, {"quality": "good"}, {"quality": None}], ids=str)
+@pytest.mark.parametrize("stale", [False, True])
+def test_what_is_no_number_is_a_fault_that_names_its_device(said: dict[str, object], stale: bool, tmp_path: Path) -> None:
+    """A plug-in may hand over anything. A stale sample is not scaled, and yet its count goes into the log."""
+    with simple_rig(tmp_path) as (rig, device):
+        rig.arm()
+        device.handed["rotary.position"] = said
+        device.age_ns["rotary.position"] = 1_000_000_000 * stale
+        rig.cycles(3)
+        assert rig.mode is Mode.FAULT
+        assert device.written is None
+        assert "devices.plant: TypeError" in rig.loop.keeper.why_fault
+
+
 @pytest.mark.parametrize("ahead_s", [1.0, 1.8e9], ids=["a second", "the clock on the wall"])
 def test_a_sample_stamped_ahead_is_no_fresh_one(ahead_s: float, tmp_path: Path) -> None:
     """By the stamps of another clock a device that has gone silent would never be found out."""

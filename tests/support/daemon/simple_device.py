@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from config.schema.rig import Device, Rig
 from drivers.contract import Driver, Quality, Sample
 
 
 class SimpleDevice:
-    """`log` keeps the verbs; `written` the last outputs (None: safe); `override` replaces raw values; `on_read` may raise or delay."""
+    """`log` keeps the verbs; `written` the last outputs (None: safe); `override` replaces values, `handed` what a sample says
+    (raw, stamp_ns, quality); `on_read` may raise or delay."""
 
     def __init__(self, name: str, device: Device, rig: Rig, lockstep: bool) -> None:
         self.name = name
@@ -21,6 +23,7 @@ class SimpleDevice:
         self.positions = {joint: 0.5 * (limits.travel[0] + limits.travel[1]) for joint, limits in rig.joints.items()}
         self.override: dict[str, float] = {}
         self.age_ns: dict[str, int] = {}
+        self.handed: dict[str, dict[str, Any]] = {}
         self.written: list[float] | None = None
         self.verbs: list[str] = []
         self.on_read: Callable[[], None] = lambda: None
@@ -49,6 +52,8 @@ class SimpleDevice:
             sample.raw = (value - calibration.offset) / calibration.scale
             sample.stamp_ns = now_ns - self.age_ns.get(key, 0)
             sample.quality = Quality.GOOD if value == value else Quality.BAD
+            for word, said in self.handed.get(key, {}).items():
+                setattr(sample, word, said)
         return self._samples
 
     def write(self, values: Sequence[float], now_ns: int) -> None:
