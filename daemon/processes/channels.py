@@ -9,6 +9,7 @@ import pickle
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 from daemon.cycle.timing import WORDS
@@ -16,6 +17,7 @@ from daemon.ipc.mailbox import Mailbox
 from daemon.ipc.ring import Ring, stored_bytes
 from daemon.ipc.shared_memory import SharedMemory
 from daemon.loop.set_points import SetPointBox, set_point_mailbox
+from daemon.server.loop_silence import SILENT_S
 
 if TYPE_CHECKING:
     from config.schema.rig import Rig
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
 BETWEEN_ROWS_BYTES = 1 << 20  # events and attachments
 COMMAND_RING_BYTES = 8 << 20  # twice the longest planned program
 REPORT_BYTES = 1 << 20
-LOOP_SILENT_S = 0.5  # without a cycle
 _SLOW = "slow."  # before the name of a slow device
 
 
@@ -89,8 +90,12 @@ class Channels:
 
     def loop_is_silent(self) -> bool:
         """The loop has ended, hangs or never began: a process that was asked to end, and serves the loop, may end now."""
+        return self.loop_silent_s() > SILENT_S
+
+    def loop_silent_s(self) -> float:
+        """Since the loop last said what it is doing; infinite before it has begun."""
         latest = self.status.get()
-        return latest is None or time.monotonic_ns() - latest.stamp_ns > LOOP_SILENT_S * 1e9
+        return inf if latest is None else (time.monotonic_ns() - latest.stamp_ns) * 1e-9
 
     def descriptors(self) -> dict[str, int]:
         return {name: memory.descriptor for name, memory in self._memory.items()}

@@ -29,6 +29,7 @@ from daemon.processes.children import Child
 from daemon.processes.runtime_lock import RuntimeLock
 from daemon.processes.sd_notify import notify
 from daemon.server.event_history import EventHistory
+from daemon.server.loop_silence import ADVICE, MOVES_AGAIN, SILENT_S, STANDS_STILL, sentence
 from daemon.server.request_handlers import RequestHandlers
 from daemon.server.status import StatusView
 from recording.files.session import Session
@@ -61,6 +62,7 @@ class ChildSupervision:
         self._handlers: RequestHandlers | None = None
         self._values: tuple[float, ...] = tuple(self.facts.blank())
         self._posted = self._shutdowns = self._watchdog_sequence = 0
+        self._silent_s, self._sequence_when_ready = 0.0, 0
         self._disk_free = self._next_slow_poll = self._next_watchdog = 0.0
         self._refusal: DriverError | None = None
         self._control_ready = False
@@ -161,6 +163,12 @@ class ChildSupervision:
         self._read_reports()
         return self._values
 
+    def silent_s(self) -> float:
+        """For how long the loop has stood still; 0 while it moves on, or has not begun."""
+        has_begun = self._control_ready and self._channels.status.sequence != self._sequence_when_ready
+        silent_s = self._channels.loop_silent_s() if has_begun else 0.0
+        return silent_s if silent_s > SILENT_S else 0.0
+
     def post(self, command: LoopCommand) -> int:
         """Hand the loop a command: its number since the start, 0 when the loop does not take it."""
         if not self._commands.post(command):
@@ -177,8 +185,16 @@ class ChildSupervision:
         notify("STOPPING=1")
         self.post(LoopCommand(OperatorAction.DISARM if self._shutdowns > 1 else OperatorAction.NONE, leave=True))
 
-    async def repair_recorder(self) -> bool:
-        """Part of a reset: start the recorder anew when it has ended or cannot write, with an event that says so. Whether it was."""
+    async def repair(self) -> bool:
+        """Part of a reset: start anew what has ended beside the loop, with an event that says so. Whether the recorder was."""
+        if "io" in self._lost:
+            self._spawn("io")
+            self._lost.discard("io")
+            self._add_event("io_started", "the process that asks the slow devices was started again by a reset", Level.WARNING)
+        return await self._repair_recorder()
+
+    async def _repair_recorder(self) -> bool:
+        """Also when it cannot write."""
         recorder, health = self._children["recorder"], self._channels.recorder_health.get()
         if not recorder.ended() and not (health and RecorderHealth(*health.values).failed):
             return False
@@ -200,10 +216,20 @@ class ChildSupervision:
         for name, child in self._children.items():
             if name != "control" and child.ended() and name not in self._lost and not self._shutdowns:
                 self._lost.add(name)
-                self._add_event(f"{name}_died", f"the {name} process ended ({child.how_it_ended()})", Level.ERROR)
+                self._add_event(f"{name}_died", f"the {name} process ended ({child.how_it_ended()}); a reset starts it again", Level.ERROR)
+        self._tell_silence()
         self._poll_slowly()
         health = SupervisorHealth(float("recorder" in self._lost), self._disk_free, self._grade.rate_Hz)
         self._channels.supervisor_health.put(time.monotonic_ns(), health)
+
+    def _tell_silence(self) -> None:
+        """Once when the loop has come to stand still, and once when it moves again."""
+        silent_s = self.silent_s()
+        if silent_s and not self._silent_s:
+            self._add_event(STANDS_STILL, f"{sentence(silent_s)}. {ADVICE}", Level.ERROR)
+        elif self._silent_s and not silent_s:
+            self._add_event(MOVES_AGAIN, f"the loop moves again after {self._silent_s:.1f} s", Level.WARNING)
+        self._silent_s = silent_s
 
     def _poll_slowly(self) -> None:
         now = time.monotonic()
@@ -220,7 +246,7 @@ class ChildSupervision:
             if record.kind == RecordKind.EVENT:
                 self._add(decode_event(record.data))
             elif record.kind == RecordKind.READY and self._handlers is not None:
-                self._control_ready = True
+                self._control_ready, self._sequence_when_ready = True, self._channels.status.sequence
                 self._realtime_rows = json.loads(record.data)
                 self._handlers.host_rows = [*self._realtime_rows, self._grade.row()]
             elif record.kind == RecordKind.REFUSED:

@@ -12,6 +12,7 @@ from daemon.checks.checks import Check
 from daemon.cycle.facts import Facts
 from daemon.loop.command import LoopCommand
 from daemon.server.event_history import EventHistory
+from daemon.server.loop_silence import ADVICE, sentence
 from daemon.server.status import StatusView
 from servo_control.signals import Mode, SetPoint
 
@@ -28,14 +29,17 @@ class SupervisedLoop(Protocol):
     def values(self) -> tuple[float, ...]:
         """Its latest facts."""
 
+    def silent_s(self) -> float:
+        """For how long it has stood still; 0 while it moves on."""
+
     def post(self, command: LoopCommand) -> int:
         """Hand it a command: its number since the start, 0 when the loop cannot take it."""
 
     def post_set_point(self, point: SetPoint) -> None:
         """Hand it a set point of a run that is driven by hand; the newest counts."""
 
-    async def repair_recorder(self) -> bool:
-        """Before a reset: start the recorder anew where it has died. Whether it was."""
+    async def repair(self) -> bool:
+        """Before a reset: start anew what has died beside the loop. Whether the recorder was."""
 
     def shut_down(self) -> None: ...
 
@@ -45,7 +49,7 @@ class LoopAccess:
 
     def __init__(self, loop: SupervisedLoop) -> None:
         self._loop = loop
-        self.values = loop.values
+        self.values, self.silent_s = loop.values, loop.silent_s
 
     def mode(self) -> Mode:
         return self._loop.view.mode(self.values())
@@ -71,6 +75,8 @@ class LoopAccess:
         posted()
         limit = time.monotonic() + limit_s
         while not (self.values()[index] >= number and done()):
+            if time.monotonic() > limit and (silent_s := self.silent_s()):
+                raise DaemonError(sentence(silent_s), value=f"mode {self.mode().name.lower()} when it last moved", next_step=ADVICE)
             if time.monotonic() > limit:
                 what, advice = f"the loop did not do it within {limit_s:g} s", "`longreach why` says what stands in the way."
                 raise DaemonError(what, value=f"mode {self.mode().name.lower()}", next_step=advice)

@@ -20,6 +20,7 @@ from daemon.server.client_connection import client_has_left
 from daemon.server.event_history import RunResult
 from daemon.server.live_values import LiveValues, since_t_s, units_answer
 from daemon.server.loop_access import ANSWER_LIMIT_S, LoopAccess, SupervisedLoop
+from daemon.server.loop_silence import silence_row
 from daemon.server.proof_request import proof_answer, proof_countdown_s
 from daemon.server.protocol import LONGEST_SETTLE_S
 from daemon.server.set_point_requests import SetPointRequests
@@ -61,11 +62,13 @@ class RequestHandlers:
 
     async def status(self, params: dict[str, Any]) -> dict[str, Any]:
         answer = self._view.status(self._loop.values(), time.monotonic() - self._started, self._history)
-        return {**answer, "log": dict(self.log)}
+        return {**answer, "loop": {**answer["loop"], "silent_s": self._loop.silent_s()}, "log": dict(self.log)}
 
     async def checks(self, params: dict[str, Any]) -> dict[str, Any]:
-        values = self._loop.values()
-        return {"checks": [*(check.row(values) for check in self._checks), *self.host_rows]}
+        """A loop that stands still comes first: what it said of the others is old."""
+        values, silent_s = self._loop.values(), self._loop.silent_s()
+        silence = [silence_row(silent_s)] if silent_s else []
+        return {"checks": [*silence, *(check.row(values) for check in self._checks), *self.host_rows]}
 
     async def units(self, params: dict[str, Any]) -> dict[str, Any]:
         """How values are shown, by check and joint, and the numbers in sentences; see `units_answer`."""
@@ -123,7 +126,7 @@ class RequestHandlers:
             raise DaemonError(
                 "nothing to reset", value=self._loop.mode().name.lower(), next_step="Reset clears a fault or the e-stop while disarmed."
             )
-        new_recorder = await self._supervised.repair_recorder()
+        new_recorder = await self._supervised.repair()
         before = self._history.last_number
 
         def refused() -> str:
@@ -136,6 +139,11 @@ class RequestHandlers:
         )
         if why := refused():
             raise DaemonError("reset refused", value=self._loop.mode().name.lower(), limit="every device set up", next_step=why)
+        await asyncio.sleep(SETTLE_POLL_S)  # what has not gone away is a fault again in the next cycle
+        if self._loop.mode() is Mode.FAULT and self._history.fault:
+            raise DaemonError(
+                "the fault came back at once", value=self._history.fault["text"], next_step="`longreach why` shows the checks."
+            )
         return {"mode": "disarmed"}
 
     async def start(self, params: dict[str, Any]) -> dict[str, Any]:

@@ -141,6 +141,9 @@ class _WholeWrites:
             os.fdatasync(self._descriptor)
         except OSError as error:
             raise self._refusal(error) from error
+        if not os.fstat(self._descriptor).st_nlink:  # a deleted file takes everything without a word
+            advice = "What is logged from now on has no name any more. Leave the folder of the logs alone while the daemon runs."
+            raise WriteError("the log was deleted while it was written", where=str(self._path), next_step=advice)
 
     def close(self) -> None:
         os.close(self._descriptor)

@@ -11,7 +11,7 @@ from daemon.cycle.log_stream import RECORDER_RING_S
 RECORDER_AGE_LIMIT_S = 0.5 * RECORDER_RING_S  # it reports after each sync: a disk that keeps it waiting so long loses no row yet
 SUPERVISOR_AGE_LIMIT_S = 2.0
 _LATE = "Look for other work on this computer; `longreach status` names the slowest phase. Then `longreach reset`, or lower loop.rate."
-_LOST = "The log is the evidence of a run: `longreach reset` starts the recorder again."
+_LOST = "`longreach events` says why, a full disk for one; then `longreach reset` starts the recorder again: no run goes without a log."
 _ALSO_PROOF = (Purpose.ARMED, Purpose.PROOF)
 
 E_STOP = Declaration(

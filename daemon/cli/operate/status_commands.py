@@ -14,6 +14,7 @@ from daemon.cli.connection import add_json_option, connect
 from daemon.cli.options.numbers import finite, whole
 from daemon.cli.shown.shown_units import add_si_option, units_of_rig
 from daemon.cli.shown.terminal import LiveScreen, coloured, text_table
+from daemon.server.loop_silence import ADVICE, sentence
 from daemon.server.stated_values import Units
 
 _MODE_COLOURS = {"arming": "yellow", "holding": "cyan", "running": "green", "stopping": "yellow", "fault": "red", "proving": "yellow"}
@@ -81,6 +82,7 @@ def status_view(status: dict[str, Any], units: Units | None = None) -> list[str]
     mode, loop = str(status["mode"]), status["loop"]
     return [
         f"{status['rig']}  {coloured(mode, _MODE_COLOURS.get(mode, ''))}  cycle {status['cycle']}  t {status['t_s']:.1f} s",
+        *([coloured(f"{sentence(loop['silent_s'])}. {ADVICE}", "red")] if loop.get("silent_s") else []),
         *([run_line(status["run"])] if status.get("run") else []),
         *_joint_table(status["joints"], units or {}),
         f"loop {loop['rate_Hz']:.0f} Hz  overruns {loop['overruns']}  drops {loop['drops']}  late p99 {loop['late_us_p99']:.0f} us"

@@ -33,23 +33,32 @@ _NEXT = {
 
 
 def _why(arguments: argparse.Namespace) -> int:
-    """Exit 0 when nothing stands in the way of arming, 1 when something does."""
+    """Exit 0 when nothing stands in the way of arming, 1 when something does: a check that fails, or a fault that is latched."""
     if arguments.log is not None:
         return _why_then(arguments)
     with connect(arguments) as client:
         checks, units = client.call("checks")["checks"], units_of_rig(arguments, client.call)
-        mode = client.call("status")["mode"]
-    failed = [check for check in checks if not check["ok"]]
+        status, sentences = client.call("status"), client.sentences()
+    failed, fault = [check for check in checks if not check["ok"]], status["fault"]
+    ready = not failed and not fault
     if arguments.json:
-        print(json.dumps({"ready": not failed, "checks": checks}))
-        return 1 if failed else 0
+        print(json.dumps({"ready": ready, "fault": fault, "checks": checks}))
+        return 0 if ready else 1
     _print_checks(arguments, checks, units)
-    all_of_them = "" if arguments.all else "; `longreach why --all` shows every check"
+    if fault:
+        print(f"a fault is latched: {fault['text'] if arguments.si else sentences.text(fault['text'])}")
+    print(
+        _outcome(failed, len(checks), status["mode"], bool(fault)) + ("" if arguments.all else "; `longreach why --all` shows every check")
+    )
+    return 0 if ready else 1
+
+
+def _outcome(failed: list[dict[str, Any]], checks: int, mode: str, fault: bool) -> str:
     if failed:
-        print(f"{len(failed)} of {len(checks)} checks {'stands' if len(failed) == 1 else 'stand'} in the way{all_of_them}")
-    else:
-        print(f"nothing stands in the way: {_NEXT.get(mode, '`longreach status`')}{all_of_them}")
-    return 1 if failed else 0
+        return f"{len(failed)} of {checks} checks {'stands' if len(failed) == 1 else 'stand'} in the way"
+    if fault:
+        return "all checks pass now: `longreach reset` clears the fault"
+    return f"nothing stands in the way: {_NEXT.get(mode, '`longreach status`')}"
 
 
 def _print_checks(arguments: argparse.Namespace, checks: list[dict[str, Any]], units: Units) -> None:

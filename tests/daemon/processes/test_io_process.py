@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -84,6 +85,9 @@ def test_a_slow_device_serves_the_daemon_and_its_silence_is_a_fault(tmp_path: Pa
         assert "reservoir_temperature age (box.oil)" in client.call("status")["fault"]["text"]
         assert client.call("status")["loop"]["phases"]["read"]["p99_us"] < 20_000, "the loop never waited for the device"
         cable.touch()
+        os.kill(daemon.child("io"), signal.SIGKILL)
+        until(lambda: any(event["name"] == "io_died" for event in client.call("events", since=0)["events"]))
+        client.call("reset")
         until(lambda: all(check["ok"] or check["name"] == "e-stop" for check in client.call("checks")["checks"]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import socket
 import time
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from config.errors import ConfigError, DaemonError, ManeuverError
+from daemon.cli.main import main
 from daemon.server.protocol import Client
 from drivers.output_register import OutputRegister
 from recording.evaluation.replay import reexecute
@@ -184,7 +186,9 @@ def test_systemd_hears_ready_watchdog_and_stopping_and_sigterm_stops_in_order(tm
     notifications.close()
 
 
-def test_a_frozen_loop_starves_the_watchdog_times_out_the_valves_and_faults_when_it_wakes(tmp_path: Path) -> None:
+def test_a_frozen_loop_starves_the_watchdog_times_out_the_valves_and_faults_when_it_wakes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     notifications = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     notifications.bind(str(tmp_path / "notify"))
     with RunningDaemon(tmp_path, environment={"NOTIFY_SOCKET": str(tmp_path / "notify")}) as daemon, daemon.wait_until_ready() as client:
@@ -194,12 +198,23 @@ def test_a_frozen_loop_starves_the_watchdog_times_out_the_valves_and_faults_when
         os.kill(daemon.child("control"), signal.SIGSTOP)
         until(lambda: effective(daemon) == (0.0, 0.0), 0.3)
         until(lambda: not pending(notifications, wait_s=1.0), 10.0)  # systemd would kill the daemon now
+        assert client.call("status")["loop"]["silent_s"] > 0.5
+        assert client.call("checks")["checks"][0]["name"] == "loop stands still"
         os.kill(daemon.child("control"), signal.SIGCONT)
         until(lambda: mode(client) == "fault")
+        assert client.call("status")["loop"]["silent_s"] == 0.0
+        until(lambda: told(client).count("loop_moves_again") == 1)
+        assert told(client).count("loop_silent") == 1
         assert "loop stall" in client.call("status")["fault"]["text"]
+        assert main(["--socket", str(daemon.socket), "why"]) == 1
+        assert "a fault is latched: loop stall" in capsys.readouterr().out
         assert effective(daemon) == (0.0, 0.0)
         until(lambda: b"WATCHDOG=1" in pending(notifications, wait_s=1.0))
     notifications.close()
+
+
+def told(client: Client) -> list[str]:
+    return [event["name"] for event in client.call("events", since=0)["events"]]
 
 
 def pending(notifications: socket.socket, wait_s: float) -> bytes:
@@ -278,6 +293,20 @@ def test_the_folder_of_the_logs_may_be_moved_away_while_the_arm_holds(tmp_path: 
         until(daemon.logs.is_dir)
         assert mode(client) == "holding"
         client.call("disarm")
+        arm(client)
+        client.call("disarm")
+        until(lambda: read_log(daemon.latest_log()).complete)
+
+
+def test_a_log_that_is_deleted_during_a_run_stops_it(tmp_path: Path) -> None:
+    """Everything written after it would be lost without a word."""
+    with RunningDaemon(tmp_path) as daemon, daemon.wait_until_ready() as client:
+        arm(client)
+        client.call("start", **LONG_JOG)
+        until(lambda: mode(client) == "running")
+        shutil.rmtree(daemon.logs)
+        until(lambda: mode(client) == "fault", 5.0)
+        assert any("the log was deleted" in event["text"] for event in client.call("events", since=0)["events"])
         arm(client)
         client.call("disarm")
         until(lambda: read_log(daemon.latest_log()).complete)

@@ -19,6 +19,7 @@ class LockstepRequests:
     def __init__(self, rig: LockstepRig, rig_text: str = "") -> None:
         self.rig = rig
         self.shutdowns = self._posted = self._readings = 0
+        self.stands_still_s = 0.0
         self.history = EventHistory()
         self.facts, self.view = rig.facts, StatusView(rig.rig, rig.facts, Timing([0] * WORDS))
         self.handlers = RequestHandlers(rig.rig, self, rig_text)
@@ -33,6 +34,9 @@ class LockstepRequests:
         self.rig.events.clear()
         return tuple(self.rig.loop.values)
 
+    def silent_s(self) -> float:
+        return self.stands_still_s
+
     def post(self, command: LoopCommand) -> int:
         self.rig.commands.post(command)
         self._posted += 1
@@ -41,7 +45,7 @@ class LockstepRequests:
     def post_set_point(self, point: SetPoint) -> None:
         self.rig.set_points.post(point)
 
-    async def repair_recorder(self) -> bool:
+    async def repair(self) -> bool:
         return False
 
     def shut_down(self) -> None:
