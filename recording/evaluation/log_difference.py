@@ -15,7 +15,7 @@ from recording.evaluation.aligned_signals import NotCompared, aligned_signals, c
 from recording.evaluation.chosen_signals import ChosenSignal
 from recording.evaluation.panels import Line, Panel
 from recording.evaluation.vibration import HoldVibration, hold_vibration
-from recording.files.info import run_facts
+from recording.files.info import run_facts, run_of
 from recording.files.reader import Log
 
 FACTS = ("rig_name", "clock", "seed", "rate_Hz", "software_version", "software_commit", "host_name")
@@ -61,6 +61,11 @@ class LogDifference:
     vibration: dict[str, tuple[float | None, float | None]]
     pairs: dict[str, tuple[ChosenSignal, ChosenSignal]] = field(repr=False)
 
+    @property
+    def same(self) -> bool:
+        """Nothing differs, and nothing of either run was left out of the comparison."""
+        return bool(self.signals) and not (self.changed or self.not_compared or any(each.largest > 0.0 for each in self.signals))
+
     def text(self) -> str:
         lines = [f"run {self.runs[0]} of A beside run {self.runs[1]} of B, {self.overlap_s:.3f} s in common"]
         lines += [f"  {each.text()}" for each in self.changed] or ["  rig file, maneuver and filter are the same"]
@@ -79,7 +84,7 @@ class LogDifference:
     def _none_differs(self) -> str:
         if not self.signals:
             return "nothing was compared: in no row of a common time do both logs have numbers of a signal"
-        if self.not_compared:
+        if not self.same:
             return "what was compared is the same to the last bit"
         return "every signal is the same to the last bit"
 
@@ -114,7 +119,7 @@ def difference(a: Log, b: Log, runs: tuple[int, int] | None = None, si: bool = F
     chosen = runs or (_first_run(a), _first_run(b))
     common = common_time(a, b, chosen)
     pairs, left = aligned_signals(a, b, common, si)
-    changed = (*_facts(a, b), *_rig(a, b), *_requests(a, b, chosen))
+    changed = (*_facts(a, b), *_rig(a, b), *_requests(a, b, chosen), *_ends(a, b, chosen))
     signals = tuple(_compared(*pair) for pair in pairs.values())
     return LogDifference(chosen, common.length_s, changed, signals, left, _vibration(a, b, chosen), pairs)
 
@@ -148,6 +153,18 @@ def _requests(a: Log, b: Log, runs: tuple[int, int]) -> Iterator[ChangedValue]:
     for each in (left, right):
         each.pop("run", None)
     yield from _changed("run", _flat(left), _flat(right))
+
+
+def _ends(a: Log, b: Log, runs: tuple[int, int]) -> Iterator[ChangedValue]:
+    """How long each lasted and how it ended: beyond the shorter one nothing is compared."""
+    yield from _changed("run", *(_end(log, run) for log, run in zip((a, b), runs, strict=True)))
+
+
+def _end(log: Log, run: int) -> dict[str, Any]:
+    if run == 0:
+        return {"duration_s": round(log.duration_s, 6)}
+    found = run_of(log, run)
+    return {"duration_s": round(found.duration_s, 6), "verdict": "valid" if found.valid else f"not valid: {found.reason}"}
 
 
 def _changed(about: str, left: dict[str, Any], right: dict[str, Any]) -> Iterator[ChangedValue]:

@@ -40,4 +40,4 @@ def _diff(arguments: argparse.Namespace) -> int:
         print(json.dumps({**found.as_dict(), "picture": picture}, default=str))
     else:
         print(found.text() + (f"\npicture: {picture}" if picture else ""))
-    return EXIT_REFUSED if found.changed or panels else 0
+    return 0 if found.same else EXIT_REFUSED

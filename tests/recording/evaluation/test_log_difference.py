@@ -58,6 +58,18 @@ def test_what_could_not_be_compared_is_listed_and_not_called_the_same(logs: tupl
     assert found.as_dict()["not_compared"]["rows"] == {"rotary.position": 7}
 
 
+def test_a_run_that_was_cut_is_not_the_same_as_far_as_it_goes(logs: tuple[Log, Log]) -> None:
+    log, kept = logs[0], 3000
+    cut = replace(log, columns={name: values[:kept] for name, values in log.columns.items()}, time_ns=log.time_ns[:kept])
+    running = np.flatnonzero(log.columns["mode"] == 3)
+    found = difference(log, cut)
+    assert [(each.about, each.key) for each in found.changed] == [("run", "duration_s"), ("run", "verdict")]
+    assert (found.changed[0].a, found.changed[0].b) == pytest.approx(((len(running) - 1) / 1000.0, (kept - 1 - running[0]) / 1000.0))
+    assert found.changed[1].text().endswith("verdict: valid → not valid: the log ends before the run does")
+    assert found.text().endswith("\n  what was compared is the same to the last bit")
+    assert (found.same, difference(cut, cut).same) == (False, True)
+
+
 def test_logs_without_a_number_in_common_are_not_the_same(logs: tuple[Log, Log]) -> None:
     log = logs[0]
     exact = {name for name, values in log.columns.items() if values.dtype != np.float64 or name == "t_s"}
