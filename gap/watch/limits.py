@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from config.errors import UnitError, UsageError
@@ -22,25 +22,38 @@ class NumberLimits:
     high: float
 
 
-NONE = NumberLimits(-math.inf, math.inf)
-
-
 def limits_of(numbers: Sequence[Watched], asked: Sequence[str], units: FileUnits) -> dict[str, NumberLimits]:
     """By name. `asked`: NAME=VALUE each, a bare number in the unit of the rig file; above the stated value it is an upper limit, below a
-    lower one. UsageError for a name that is not followed and for what is no quantity."""
-    found = {number.name: _own(number) for number in numbers}
+    lower one, and the other side keeps its own. UsageError for a name that is not followed and for what cannot be a limit."""
     by_name = {number.name: number for number in numbers}
-    stated: dict[str, NumberLimits] = {}
+    stated: dict[tuple[str, str], float] = {}
     for one in asked:
         name, equals, text = one.rpartition("=")
         if name not in by_name or not equals:
             known = f"{nearest_text(name or one, by_name)}" or f": one of {', '.join(by_name)}"
             raise UsageError(f"no number of this name is followed{known}", value=one, where="--limit", next_step="Write NAME=VALUE.")
-        number, before = by_name[name], stated.get(name, NONE)
-        value = _quantity(one, text, number, units)
-        above = value > number.free.start
-        stated[name] = NumberLimits(before.low, value) if above else NumberLimits(value, before.high)
-    return found | stated
+        value = _quantity(one, text, by_name[name], units)
+        side = _side(one, value, by_name[name], units)
+        if (name, side) in stated:
+            raise UsageError(f"the {side} limit of {name} is given twice", value=one, where="--limit", next_step="Give one of them.")
+        stated[name, side] = value
+    return {name: _limits(number, stated) for name, number in by_name.items()}
+
+
+def _side(one: str, value: float, number: Watched, units: FileUnits) -> str:
+    start = number.free.start
+    what = "a limit at the rig file's value is neither an upper nor a lower one" if value == start else ""
+    if value * start < 0.0:
+        what = "the number never has the other sign, so this limits nothing"
+    if what:
+        stated = f"the rig file has {units.constant(number.free.key, number.free.unit).text(start)}"
+        raise UsageError(what, value=one, limit=stated, where="--limit", next_step="Give an upper limit above that or a lower one below.")
+    return "upper" if value > start else "lower"
+
+
+def _limits(number: Watched, stated: Mapping[tuple[str, str], float]) -> NumberLimits:
+    own = _own(number)
+    return NumberLimits(stated.get((number.name, "lower"), own.low), stated.get((number.name, "upper"), own.high))
 
 
 def _own(number: Watched) -> NumberLimits:

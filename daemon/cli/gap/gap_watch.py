@@ -36,7 +36,7 @@ def register(verbs: Any) -> None:
         default=[],
         metavar="NAME=VALUE",
         help="how far a number may go, e.g. axis.coulomb_friction.friction='80 N' (bare: in the rig file's unit); an upper limit above the "
-        "rig file's value, a lower one below it; may be repeated (default: 3 standard deviations of its tag to either side)",
+        "rig file's value, a lower one below it; may be repeated (default, also of the other side: 3 standard deviations of its tag)",
     )
     parser.add_argument("--workers", type=COUNT, metavar="N", help="processes (default: one a processor)")
     add_json_option(parser)

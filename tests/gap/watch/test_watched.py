@@ -56,14 +56,29 @@ def test_limits_are_given_in_any_unit_and_bare_in_that_of_the_file(cylinder: Loa
     found = limits_of(of(cylinder), asked, FileUnits(cylinder.text))
     flow, modulus, friction = (found[asked.partition("=")[0]] for asked in asked[1:])
     assert (flow.low, flow.high) == (pytest.approx(15e-3 / 60), pytest.approx(25e-3 / 60))
-    assert modulus == NumberLimits(pytest.approx(0.9e9), math.inf)
-    assert friction == NumberLimits(-math.inf, 500.0)
+    own = limits_of(of(cylinder), [], FileUnits(cylinder.text))
+    assert modulus == NumberLimits(pytest.approx(0.9e9), own["oil.bulk_modulus"].high), "what is not asked for stays"
+    assert friction == NumberLimits(own["axis.coulomb_friction.friction"].low, 500.0)
 
 
 def test_a_limit_in_a_wrong_unit_names_the_option(cylinder: LoadedRig) -> None:
     with pytest.raises(UsageError, match="wrong kind of unit") as refused:
         limits_of(of(cylinder), ["axis.rated_flow=17 mm"], FileUnits(cylinder.text))
     assert refused.value.refusal.where == "--limit"
+
+
+@pytest.mark.parametrize(
+    ("asked", "what"),
+    [
+        (["axis.coulomb_friction.friction=321.6 N"], "neither an upper nor a lower one"),
+        (["axis.coulomb_friction.friction=-5 N"], "never has the other sign"),
+        (["axis.coulomb_friction.friction=400 N", "axis.coulomb_friction.friction=0.6 kN"], "the upper limit of .* is given twice"),
+    ],
+)
+def test_what_limits_nothing_and_a_second_limit_of_one_side_are_refused(asked: list[str], what: str, cylinder: LoadedRig) -> None:
+    with pytest.raises(UsageError, match=what) as refused:
+        limits_of(of(cylinder), asked, FileUnits(cylinder.text))
+    assert refused.value.refusal.value == asked[-1]
 
 
 @pytest.mark.parametrize("asked", ["axis.rated_flows=15 lpm", "axis.rated_flow", "plant.joints.axis.mass=3 kg"])
