@@ -25,7 +25,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypedDict, Unpack
 
-_TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls|ip) [^`]*)`")
+_TYPED = re.compile(r"`((?:longreachd?|systemctl|journalctl|df|ls|ip|pip) [^`]*)`")
 
 EXIT_REFUSED = 1
 EXIT_USAGE = 2

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from config.errors import LogError, UsageError
+from config.errors import LogError, UsageError, WriteError
 from config.parsing.nearest import nearest, nearest_text
 from config.whole_file import whole_file
 from recording.files.reader import Column, Log
@@ -56,23 +56,23 @@ def _mat(path: Path, columns: Columns) -> None:
     from scipy.io import savemat  # slow to import, and only needed here
 
     names = {name: re.sub(r"\W", "_", name) for name in columns}
-    _refuse_matlab_names(path, names)
+    _refuse_matlab_names(names)
     named = {names[name]: values for name, values in columns.items()}
     with path.open("wb") as file:
         savemat(file, named, oned_as="column", do_compression=True, long_field_names=True)
 
 
-def _refuse_matlab_names(path: Path, names: Mapping[str, str]) -> None:
+def _refuse_matlab_names(names: Mapping[str, str]) -> None:
     """scipy writes a second variable of one name, and MATLAB cuts a longer one: either way a signal would be lost without a word."""
-    alike, where = Counter(names.values()), str(path.parent)
+    alike = Counter(names.values())
     advice = "Choose other columns with --columns, or export .csv or .parquet."
     same = [name for name, written in names.items() if alike[written] > 1]
     if same:
-        raise LogError("columns would have one name in MATLAB", value=", ".join(same), where=where, next_step=advice)
+        raise LogError("columns would have one name in MATLAB", value=", ".join(same), next_step=advice)
     long = [name for name in names if len(name) > MATLAB_NAME]
     if long:
         limit = f"{MATLAB_NAME} characters"
-        raise LogError("names are too long for MATLAB", value=", ".join(long), limit=limit, where=where, next_step=advice)
+        raise LogError("names are too long for MATLAB", value=", ".join(long), limit=limit, next_step=advice)
 
 
 def _parquet(path: Path, columns: Columns) -> None:
@@ -80,8 +80,8 @@ def _parquet(path: Path, columns: Columns) -> None:
         import pyarrow
         from pyarrow import parquet
     except ImportError as error:
-        advice = 'Install it with: pip install "longreach[parquet]"; or export .csv or .mat.'
-        raise LogError("Parquet needs the library pyarrow", where=str(path.parent), next_step=advice) from error
+        advice = "Install it: `pip install 'longreach[parquet]'`; or export .csv or .mat."
+        raise WriteError("Parquet needs the library pyarrow", next_step=advice) from error
     parquet.write_table(pyarrow.table(dict(columns)), path)
 
 

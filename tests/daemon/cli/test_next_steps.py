@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import socket
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from daemon.cli.refusal import next_command
 from daemon.lockstep import run_lockstep
 from daemon.server.protocol import no_answer
 
-OF_THE_SYSTEM = ("ls", "df", "ip", "systemctl", "journalctl")
+OF_THE_SYSTEM = ("ls", "df", "ip", "systemctl", "journalctl", "pip")
 TABLE = "t_s,axis.position\n0,1\n0.5,1\n1,1\n1,2\n2,3\n3,3\n"  # a row has the stamp of the row before
 
 
@@ -63,6 +64,7 @@ def assert_taken(typed: str, words: list[str]) -> None:
         ("log recover", 2, "log recover --all ."),
         ("log export 'a b.mcap' --columns foo", 2, "log info 'a b.mcap'"),
         ("log export 'a b.mcap' --columns rotary.positio", 2, "log export 'a b.mcap' --columns rotary.position"),
+        ("log export 'a b.mcap' -o x.parquet", 1, "pip install 'longreach[parquet]'"),
         ("log plot 'a b.mcap' --signals 'zz*'", 2, "log info 'a b.mcap'"),
         ("log plot 'a b.mcap' --from 50", 2, "log plot 'a b.mcap'"),
         ("log plot 'a b.mcap' -o empty.mcap/x.png", 1, "ls ."),
@@ -85,6 +87,7 @@ def test_the_next_step_is_one(
     typed: str, status: int, expected: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)  # not installed
     words = shlex.split(typed)
     assert main(words) == status
     said = capsys.readouterr().err.splitlines()[-1].removeprefix("next: ")
