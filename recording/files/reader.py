@@ -211,15 +211,22 @@ def _columns(payloads: list[bytes], layout: RecordLayout) -> dict[str, Column]:
 
 def _cut_text(damage: Damage, columns: dict[str, Column], metadata: dict[str, dict[str, str]]) -> str:
     if not damage.sentences:
-        end = f"at t = {columns['t_s'][-1]:.3f} s" if len(columns["t_s"]) else "before its first cycle"
-        return f"This log was recovered: the recording had been cut {end}." if "recovered" in metadata else "The recording was not closed."
+        return _recovered_text(columns, metadata["recovered"]) if "recovered" in metadata else "The recording was not closed."
     if not len(columns["t_s"]):
         return f"The log was cut before its first cycle: {'; '.join(damage.sentences)}."
     cut = f"The log was cut at t = {columns['t_s'][-1]:.3f} s, after cycle {columns['cycle'][-1]}"
     where, whole = ("The log is damaged", "All that was closed is here") if damage.closed else (cut, "Everything before is here")
     dropped = damage.dropped_chunks
     kept = f"{dropped} chunk{'s' * (dropped > 1)} of records left out, the rest is here" if dropped else whole
-    return f"{where}: {'; '.join(damage.sentences)}. {kept}; `longreach log recover` makes a whole file of it."
+    whole_of = "the rest" if dropped else "it"
+    return f"{where}: {'; '.join(damage.sentences)}. {kept}; `longreach log recover` makes a whole file of {whole_of}."
+
+
+def _recovered_text(columns: dict[str, Column], recovered: dict[str, str]) -> str:
+    if lost := recovered.get("damaged"):
+        return f"This log was recovered: the recording had been damaged. Lost: {lost}."
+    end = f"at t = {columns['t_s'][-1]:.3f} s" if len(columns["t_s"]) else "before its first cycle"
+    return f"This log was recovered: the recording had been cut {end}."
 
 
 def _not_a_log(path: Path, head: bytes) -> LogError:

@@ -1,4 +1,4 @@
-"""Makes a whole file of a log that a kill or a loss of power has cut, and says what was lost."""
+"""Makes a whole file of what is left of a log that was cut by a kill or a loss of power, or damaged, and says what was lost."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ CRASH_WINDOW_S = 0.25  # the recorder flushes at least this often
 
 @dataclass(frozen=True, slots=True)
 class RecoverReport:
-    """What recover() found. `written` is None when the log was whole already and no file was written."""
+    """What recover() found. `written` is None when the log was whole already and no file was written. `closed`: the log's end is there, so
+    it was not cut but damaged since."""
 
     source: Path
     written: Path | None
     cycles: int
     events: int
     end_t_s: float
+    closed: bool
     missing_cycles: int
     lost_bytes: int
     dropped_chunks: int
@@ -35,10 +37,18 @@ class RecoverReport:
         if self.written is None:
             return f"{self.source} is whole ({self.cycles} cycles); nothing to repair, no file written."
         kept = f"{self.written}: {self.cycles} cycles and {self.events} events kept, up to t = {self.end_t_s:.3f} s."
-        lost = f"Lost: {self.lost_bytes} bytes of unfinished records at the end (at most the last {CRASH_WINDOW_S:.2f} s before the cut)"
-        inside = f", and {self.missing_cycles} cycles before that" if self.missing_cycles else ""
-        chunks = f", and {self.dropped_chunks} damaged chunk{'s' * (self.dropped_chunks > 1)} of records" if self.dropped_chunks else ""
-        return f"{kept} {lost}{inside}{chunks}. Found: {'; '.join(self.sentences) or 'the recording had not been closed'}."
+        found = "; ".join(self.sentences) or "the recording had not been closed"
+        return f"{kept} Lost: {self.lost}. Found: {found}."
+
+    @property
+    def lost(self) -> str:
+        """Nothing is lost at the end of a file that was closed."""
+        unfinished = f"{self.lost_bytes} bytes of unfinished records at the end (at most the last {CRASH_WINDOW_S:.2f} s before the cut)"
+        parts = [] if self.closed else [unfinished]
+        parts += [f"{self.missing_cycles} cycles before the end"] if self.missing_cycles else []
+        chunks = self.dropped_chunks
+        parts += [f"{chunks} damaged chunk{'s' * (chunks > 1)} of records"] if chunks else []
+        return ", and ".join(parts) or "no cycle"
 
 
 def recover(path: str | Path, out: str | Path) -> RecoverReport:
@@ -69,13 +79,14 @@ def _report(log: Log, written: Path | None) -> RecoverReport:
     cycle = log.columns["cycle"].astype(np.int64)
     missing = int(np.sum(np.diff(cycle) - 1)) if len(cycle) > 1 else 0
     end = float(log.columns["t_s"][-1]) if log.cycles else float("nan")
-    lost = log.path.stat().st_size - log.damage.end_byte
     events, damage = len(log.events), log.damage
-    return RecoverReport(log.path, written, log.cycles, events, end, missing, lost, damage.dropped_chunks, tuple(damage.sentences))
+    lost, sentences = 0 if damage.closed else log.path.stat().st_size - damage.end_byte, tuple(damage.sentences)
+    return RecoverReport(log.path, written, log.cycles, events, end, damage.closed, missing, lost, damage.dropped_chunks, sentences)
 
 
 def _copy(log: Log, temporary: Path, report: RecoverReport) -> None:
     writer = LogWriter(temporary, log.layout, {}, {})
     copy_records(log, writer, lambda content: not (isinstance(content, Entries) and content.name == "closing"))
-    writer.metadata("recovered", {"from": log.path.name, "what": report.text(), "lost_bytes": str(report.lost_bytes)})
+    about = {"from": log.path.name, "what": report.text(), "lost_bytes": str(report.lost_bytes)}
+    writer.metadata("recovered", about | ({"damaged": report.lost} if report.closed else {}))
     writer.close(log.metadata.get("closing", {}) | {"complete": "false"})

@@ -177,7 +177,7 @@ def test_the_first_chunk_costs_only_its_own_rows_where_the_log_was_closed(whole:
     assert "1 chunk of records left out, the rest is here; `longreach log recover`" in log.cut_text
     report = recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
     assert report.dropped_chunks == 1
-    assert ", and 1 damaged chunk of records. Found: " in report.text()
+    assert " Lost: 1 damaged chunk of records. Found: " in report.text()
     mended = read_log(tmp_path / "b.mcap")
     assert_rows(mended, whole.table[50:])
     assert (mended.events, mended.damage.sentences) == (log.events, [])
@@ -283,6 +283,17 @@ def test_recover_of_a_cut_log(whole: Whole, tmp_path: Path) -> None:
 
     with (tmp_path / "good.mcap").open("rb") as file:
         assert sum(1 for _ in make_reader(file).iter_messages(["/cycle"])) == 200
+
+
+def test_recover_of_a_damaged_log_whose_end_is_there_speaks_of_no_cut(whole: Whole, tmp_path: Path) -> None:
+    flipped = bytearray(whole.content)
+    flipped[whole.second_frame + 2000] ^= 0xFF
+    (tmp_path / "a.mcap").write_bytes(bytes(flipped))
+    assert "makes a whole file of the rest" in read_log(tmp_path / "a.mcap").cut_text
+    report = recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
+    lost = "Lost: 50 cycles before the end, and 1 damaged chunk of records."
+    assert (report.closed, report.lost_bytes, lost in report.text(), "cut" in report.text()) == (True, 0, True, False)
+    assert read_log(tmp_path / "b.mcap").cut_text == f"This log was recovered: the recording had been damaged. {lost}"
 
 
 def test_recover_has_nothing_to_do_for_a_whole_log(whole: Whole, tmp_path: Path) -> None:
