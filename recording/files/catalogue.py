@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -28,12 +28,14 @@ ENDED_BEFORE = "the log ends before the run does"
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """One log. `begun`: when each run began to move, in UTC, by its number; `faults`: how many it holds."""
+    """One log. `begun`: when each run began to move, in UTC, by its number; `faults`: how many it holds. `recovered`: it is what was left
+    of a log that was cut or damaged, so cycles of a valid run may be missing."""
 
     path: Path
     rig_name: str
     ended_by: str
     complete: bool
+    recovered: bool
     runs: tuple[RunFacts, ...]
     begun: dict[int, datetime]
     faults: int
@@ -62,8 +64,8 @@ def recorded(path: Path) -> Recorded:
 
 def _from_end(path: Path, reader: McapReader) -> Recorded:
     metadata = {entry.name: entry.metadata for entry in reader.iter_metadata()}
-    about, closing = metadata.get("recording", {}), metadata.get("closing", {})
-    if about.get("kind") == "imported":
+    closing = metadata.get("closing", {})
+    if metadata.get("recording", {}).get("kind") == "imported":
         return _from_rows(path)
     stamped = [(message.log_time, decode_event(message.data)) for _, _, message in reader.iter_messages(topics=[EVENT_TOPIC])]
     events = [event for _, event in stamped]
@@ -74,7 +76,7 @@ def _from_end(path: Path, reader: McapReader) -> Recorded:
     begun = {number: _utc(stamp_ns) for number, stamp_ns in starts.items()}
     open_s = {number: 1e-9 * (_last_cycle_ns(reader) - stamp_ns) for number, stamp_ns in starts.items() if number not in _ended(events)}
     complete, runs = closing.get("complete") == "true", tuple(_runs(events, requests, open_s))
-    return Recorded(path, about.get("rig_name", ""), closing.get("ended_by", ""), complete, runs, begun, _faults(events))
+    return _recorded(path, metadata, complete, runs, begun, events)
 
 
 def _last_cycle_ns(reader: McapReader) -> int:
@@ -106,14 +108,23 @@ def _runs(events: list[Event], requests: dict[str, Any], open_s: dict[int, float
 
 def _from_rows(path: Path) -> Recorded:
     log = read_log(path)
-    about, closing, runs = log.metadata.get("recording", {}), log.metadata.get("closing", {}), run_facts(log)
+    runs = tuple(run_facts(log))
     rows = {run.number: int(np.searchsorted(log.columns["t_s"], run.start_t_s)) for run in runs}
     begun = {number: _utc(int(log.time_ns[row])) for number, row in rows.items()}
-    return Recorded(path, about.get("rig_name", ""), closing.get("ended_by", ""), log.complete, tuple(runs), begun, _faults(log.events))
+    return _recorded(path, log.metadata, log.complete, runs, begun, log.events)
 
 
-def _faults(events: list[Event]) -> int:
-    return sum(event.name == "fault" for event in events)
+def _recorded(
+    path: Path,
+    metadata: Mapping[str, Mapping[str, str]],
+    complete: bool,
+    runs: tuple[RunFacts, ...],
+    begun: dict[int, datetime],
+    events: list[Event],
+) -> Recorded:
+    rig_name, ended_by = metadata.get("recording", {}).get("rig_name", ""), metadata.get("closing", {}).get("ended_by", "")
+    faults = sum(event.name == "fault" for event in events)
+    return Recorded(path, rig_name, ended_by, complete, "recovered" in metadata, runs, begun, faults)
 
 
 def _utc(stamp_ns: int) -> datetime:

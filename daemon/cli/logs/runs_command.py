@@ -132,7 +132,7 @@ def _as_dict(each: Listed) -> dict[str, Any]:
         "log": str(each.log.path), "rig": each.log.rig_name, "run": run.number, "maneuver": run.maneuver, "shaper": run.shaper,
         "started_utc": each.started.isoformat(), "start_t_s": run.start_t_s, "duration_s": run.duration_s,
         "valid": run.valid, "reason": run.reason, "vibration_mps2": each.vibration_mps2, "complete": each.log.complete,
-        "ended_by": each.log.ended_by,
+        "recovered": each.log.recovered, "ended_by": each.log.ended_by,
     }  # fmt: skip
 
 
@@ -140,7 +140,7 @@ def _print(found: list[Listed]) -> None:
     for each in found:
         run = each.run
         left = "" if each.vibration_mps2 is None else f"  {each.vibration_mps2:.3f} m/s² left"
-        verdict = "valid" if run.valid else f"not valid: {run.reason}"
+        verdict = ("valid" if run.valid else f"not valid: {run.reason}") + (", in a recovered log" if each.log.recovered else "")
         print(
             f"{each.started:%Y-%m-%d %H:%M:%S}  {each.log.rig_name}  {run.maneuver}, {run.shaper}, {run.duration_s:.1f} s{left}  {verdict}"
         )

@@ -56,6 +56,17 @@ def test_a_run_that_a_recovered_log_breaks_off_lasts_up_to_its_last_cycle(folder
     assert fast.duration_s == pytest.approx(whole.duration_s, abs=1.5e-3)
 
 
+def test_a_valid_run_whose_log_was_damaged_and_recovered_says_so(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The daemon's verdict stands in the log, and cycles of the run do not."""
+    path = next(folder.glob("ornl*.mcap"))
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    (tmp_path / "damaged.mcap").write_bytes(data)
+    assert recover(tmp_path / "damaged.mcap", tmp_path / "repaired.mcap").missing_cycles > 0
+    assert main(["runs", str(tmp_path / "repaired.mcap"), str(path)]) == 0
+    assert sorted(line.rpartition("  ")[2] for line in capsys.readouterr().out.splitlines()[::2]) == ["valid", "valid, in a recovered log"]
+
+
 def test_the_end_is_read_and_not_the_cycles(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def never(path: Path) -> None:
         raise AssertionError(f"{path} was read whole")
