@@ -62,7 +62,8 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class ReplayResult:
-    """`cycles` were re-executed. `note` says why it ended before the end of the log, and what else a reader should know."""
+    """`cycles` were re-executed; `identical`: all that the log holds, without a difference. `note` says why it ended before the end of the
+    log, and what else a reader should know."""
 
     identical: bool
     cycles: int
@@ -74,7 +75,8 @@ class ReplayResult:
     def text(self) -> str:
         if self.overrides:
             return self._what_if()
-        head = f"bit-identical, {self.cycles} cycles" if self.first is None else self.first.text()
+        alike = "bit-identical" if self.identical else "not re-executed as a whole: identical up to a gap"
+        head = f"{alike}, {self.cycles} cycles" if self.first is None else self.first.text()
         return f"{head}. {self.note}" if self.note else head
 
     def _what_if(self) -> str:

@@ -18,7 +18,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def _replay(arguments: argparse.Namespace) -> int:
-    """Exit 0 when bit-identical (or when a difference was asked for with --set), 1 when it diverges."""
+    """Exit 0 when bit-identical (or when a difference was asked for with --set), 1 when it diverges or cycles are missing between."""
     from recording.evaluation.replay import reexecute
 
     result = reexecute(arguments.log, tuple(arguments.set))

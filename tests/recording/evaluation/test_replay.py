@@ -113,7 +113,10 @@ def test_a_changed_input_shows_in_the_outputs(whole: Path, tmp_path: Path) -> No
 def test_re_execution_ends_at_a_gap_and_says_so(whole: Path, tmp_path: Path) -> None:
     result = reexecute(rewritten(whole, tmp_path / "a.mcap", {}, drop=range(700, 710)))
     assert not result.identical
-    assert result.text() == "bit-identical, 700 cycles. The log lacks the cycles between 699 and 710, so re-execution ends there."
+    assert result.text() == (
+        "not re-executed as a whole: identical up to a gap, 700 cycles. "
+        "The log lacks the cycles between 699 and 710, so re-execution ends there."
+    )
 
 
 def test_a_cut_log_re_executes_up_to_its_cut(whole: Path, tmp_path: Path) -> None:
