@@ -44,6 +44,8 @@ class Unusable:
 
 def dated_logs(folder: Path, rig_name: str, since: datetime | None = None) -> tuple[list[DatedLog], list[Unusable]]:
     """Of one rig, from `since` on. LogError where the folder holds no log at all."""
+    if folder.is_file():
+        raise LogError("this is a file, not a folder of logs", where=str(folder), mend={"--logs": str(folder.parent)})
     if not folder.is_dir():
         raise LogError("no such folder of logs", where=str(folder), next_step="Name the folder that the daemon writes its logs to.")
     logs, refused = [], []

@@ -86,4 +86,5 @@ def _server(port: int, context: Context) -> WebSocketServer:
         return start_server(name="longreach", host=LOOPBACK, port=port, context=context, message_backlog_size=BACKLOG)
     except RuntimeError as error:
         advice = "Is another `longreach live` running? Give another --port, or --port 0 for any free one."
-        raise DaemonError("the port cannot be had", value=str(error), where=f"port {port}", next_step=advice) from error
+        mend = {"--port": "0"}
+        raise DaemonError("the port cannot be had", value=str(error), where=f"port {port}", next_step=advice, mend=mend) from error

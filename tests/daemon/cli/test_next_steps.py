@@ -75,6 +75,7 @@ def assert_taken(typed: str, words: list[str]) -> None:
         ("faults --only 'recorder SIGKILed'", 2, "faults --only 'recorder SIGKILLed'"),
         ("device scan socketcan:can9", 1, "ip link show can9"),
         ("device read tcp:localhost", 2, "device scan tcp:localhost"),
+        ("gap watch --rig force_axis --logs dup.csv --since 2026-05-01", 3, "gap watch --rig force_axis --logs . --since 2026-05-01"),
         ("gap next --rig force_axis", 1, "gap next --rig force_axis --between stiction@axis asymmetric_friction@axis"),
         ("import dup.csv -o .", 2, "import dup.csv -o log.mcap"),
         ("import dup.csv -o d.txt", 2, "import dup.csv -o d.mcap"),

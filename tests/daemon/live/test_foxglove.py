@@ -117,6 +117,7 @@ def test_a_port_that_is_taken_is_said(socket: Path) -> None:
         second = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert second.returncode == 1
     assert "the port cannot be had" in second.stderr
+    assert second.stderr.splitlines()[-1].endswith("live --port 0")
     assert "--port" in second.stderr
 
 
