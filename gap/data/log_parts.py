@@ -28,7 +28,8 @@ def _parts(given: str, rig: Rig) -> list[Measured]:
     columns = columns_of(path, rig)
     t = columns.get("t_s", np.empty(0))
     sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
-    wanted = rows(columns, (t >= first_s) & (t <= last_s)) if np.isfinite(first_s) or np.isfinite(last_s) else columns
+    a_part = bool(np.isfinite(first_s) or np.isfinite(last_s))
+    wanted = rows(columns, (t >= first_s) & (t <= last_s)) if a_part else columns
     pieces = _split(wanted)
     if not pieces and t.size:
         raise LogError(
@@ -36,7 +37,8 @@ def _parts(given: str, rig: Rig) -> list[Measured]:
             value=f"{len(wanted['t_s'])} rows of {t.size}",
             limit=f"{LEAST_ROWS} rows without a gap of {SPLIT_S:g} s",
             where=given,
-            next_step=f"The log runs from {np.nanmin(t):.6g} to {np.nanmax(t):.6g} s. Give another part: {path}@FROM:TO",
+            next_step=f"The log runs from {np.nanmin(t):.6g} to {np.nanmax(t):.6g} s. "
+            + (f"Give another part: {path}@FROM:TO" if a_part else "Log longer, without a pause."),
         )
     return [on_grid(path, piece, rig, sha256) for piece in pieces or [wanted]]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -11,6 +12,7 @@ from pathlib import Path
 from mcap.reader import make_reader
 
 from config.errors import LogError, LongreachError
+from recording.files.reader import log_bytes
 from recording.files.recover import was_closed
 from recording.files.scan import BAD_INDEX
 
@@ -42,8 +44,8 @@ class Unusable:
         return cls(path, f"{place + ': ' if place else ''}{said.what}{value}{limit}", said.next_step)
 
 
-def dated_logs(folder: Path, rig_name: str, since: datetime | None = None) -> tuple[list[DatedLog], list[Unusable]]:
-    """Of one rig, from `since` on. LogError where the folder holds no log at all."""
+def dated_logs(folder: Path, rig_name: str) -> tuple[list[DatedLog], list[Unusable]]:
+    """Of one rig. LogError where the folder holds no log at all."""
     if folder.is_file():
         raise LogError("this is a file, not a folder of logs", where=str(folder), mend={"--logs": str(folder.parent)})
     if not folder.is_dir():
@@ -57,7 +59,7 @@ def dated_logs(folder: Path, rig_name: str, since: datetime | None = None) -> tu
     if not logs and not refused:
         advice = f"Logs end in {', '.join(ENDINGS)}."
         raise LogError("the folder holds no logs", where=str(folder), next_step=advice)
-    return sorted((log for log in logs if since is None or log.begun >= since), key=lambda log: (log.begun, log.path)), refused
+    return sorted(logs, key=lambda log: (log.begun, log.path)), refused
 
 
 def _begun(path: Path, rig_name: str) -> datetime:
@@ -66,12 +68,14 @@ def _begun(path: Path, rig_name: str) -> datetime:
         return datetime.fromtimestamp(stamp_ns * 1e-9, UTC)
     for numbers in _dates(path.stem):
         return numbers
-    advice = f"Put the date (UTC) into its name: mv {path} {path.with_name('2026-05-31T1400-' + path.name)}"
+    named = path.with_name(f"YYYY-MM-DDTHHMM-{path.name}")  # no example: who pastes it would give the log a false date
+    advice = f"Put the date (UTC) into its name: mv {shlex.quote(str(path))} {shlex.quote(str(named))}"
     raise LogError("nothing says when it was recorded", where=str(path), next_step=advice)
 
 
 def _stamp_ns(path: Path, rig_name: str) -> int:
     """Of the first message; 0 where the log says nothing."""
+    log_bytes(path)  # LogError for an empty file and for what is no log: there is nothing to recover
     if not was_closed(path):
         raise LogError("it is still being recorded, or was cut", where=str(path), next_step=f"longreach log recover {path}")
     try:

@@ -86,23 +86,27 @@ def watch(
         raise PlantError("the rig file has no section 'plant'", where=loaded.path, next_step="Its numbers are what is followed.")
     numbers = watched(loaded.rig, nuisances(loaded, frozenset(loaded.rig.plant.sensors)))
     bounds = limits_of(numbers, limits, FileUnits(loaded.text))
-    dated, refused = dated_logs(logs, loaded.rig.name, since)
-    fits, unfit = _fits(loaded, dated, out / KEPT, progress, workers)
+    dated, refused = dated_logs(logs, loaded.rig.name)
+    late = [log for log in dated if since is None or log.begun >= since]
+    fits, unfit = _fits(loaded, late, out / KEPT, progress, workers)
     unusable = sorted([*refused, *unfit], key=lambda one: one.path)
     for one in unusable:
         progress(f"not used: {one.path.name}: {one.why}")
     if not fits:
-        raise _no_log(logs, unusable)
+        raise _no_log(logs, unusable, len(dated) - len(late))
     found = Watch(loaded, followed(numbers, bounds, fits), fits, unusable)
     write_whole(out / "watch.json", json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
     write_whole(out / "watch.html", watch_page(loaded, found.numbers, fits, unusable))
     return found
 
 
-def _no_log(folder: Path, unusable: Sequence[Unusable]) -> LogError:
-    """Why none can be used, by the first of them."""
-    first = unusable[0] if unusable else Unusable(folder, "none is of this time", "Give an earlier --since.")
-    what = f"none of the {len(unusable)} logs can be used; the first: {first.why}" if unusable else f"no log can be used: {first.why}"
+def _no_log(folder: Path, unusable: Sequence[Unusable], earlier: int) -> LogError:
+    """Why none can be used: what --since leaves out, else the first that cannot be. `earlier`: how many began before --since."""
+    if earlier:
+        what, count = "no log began so late that can be used", f"{earlier} of {earlier + len(unusable)} logs began before --since"
+        return LogError(what, value=count, where=str(folder), next_step="Give an earlier --since.", mend={"--since": None})
+    first = unusable[0]
+    what = f"none of the {len(unusable)} logs can be used; the first: {first.why}"
     return LogError(what, where=str(first.path), next_step=first.next_step)
 
 

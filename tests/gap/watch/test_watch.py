@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -88,10 +89,19 @@ def test_what_was_fitted_is_kept_and_an_alarm_is_no_error(
 
 def test_a_folder_of_which_no_log_can_be_used_is_unusable_data(tmp_path: Path) -> None:
     (tmp_path / "20260401-short.csv").write_text("t_s,axis.position,axis.command_V\n0,0,0\n")
-    with pytest.raises(LogError, match="none of the 1 logs can be used; the first: no part of the log is long enough"):
+    with pytest.raises(LogError, match="none of the 1 logs can be used; the first: no part of the log is long enough") as refused:
         watch("force_axis", tmp_path, tmp_path / "out", quiet, workers=1)
+    assert "@FROM:TO" not in str(refused.value), "no part of a log can be given to it"
     words = ["gap", "watch", "--rig", "force_axis", "--logs", str(tmp_path), "--out", str(tmp_path / "out"), "--workers", "1"]
     assert main(words) == 3
+
+
+def test_where_since_leaves_no_log_it_is_named_and_not_a_log_without_a_date(tmp_path: Path) -> None:
+    for name in ("20260401-a.csv", "undated.csv"):
+        (tmp_path / name).write_text("t_s,axis.position,axis.command_V\n0,0,0\n")
+    with pytest.raises(LogError, match="1 of 2 logs began before --since") as refused:
+        watch("force_axis", tmp_path, tmp_path / "out", quiet, since=datetime(2026, 5, 1, tzinfo=UTC))
+    assert refused.value.refusal.mend == {"--since": None}
 
 
 @pytest.mark.slow
