@@ -13,7 +13,7 @@ from config.errors import LongreachError
 from config.parsing.yaml_tree import parse
 from recording.evaluation.aligned_signals import NotCompared, aligned_signals, common_time
 from recording.evaluation.chosen_signals import ChosenSignal
-from recording.evaluation.panels import Line, Panel
+from recording.evaluation.panels import Line, Panel, label
 from recording.evaluation.vibration import HoldVibration, hold_vibration
 from recording.files.info import run_facts, run_of
 from recording.files.reader import Log
@@ -76,7 +76,7 @@ class LogDifference:
             return "\n".join([*lines, f"  {self._none_differs()}"])
         head = f"  {'signal':32}{'unit':10}{'rms B - A':>12}{'largest':>12}{'at / s':>9}{'share of A':>12}"
         rows = (
-            f"  {s.name:32}{s.unit:10}{s.rms:12.4g}{s.largest:12.4g}{s.at_s:9.3f}{'' if np.isnan(s.share) else f'{s.share:.1%}':>12}"
+            f"  {label(s.name):32}{s.unit:10}{s.rms:12.4g}{s.largest:12.4g}{s.at_s:9.3f}{'' if np.isnan(s.share) else f'{s.share:.1%}':>12}"
             for s in moved
         )
         return "\n".join([*lines, head, *rows])
@@ -105,7 +105,7 @@ class LogDifference:
         """A over B of the signals that differ most for what they are."""
         ranked = sorted((each for each in self.signals if each.largest > 0.0), key=lambda each: -np.nan_to_num(each.share))
         return [
-            Panel(each.name, each.unit, (Line("A", a.t_s, a.values), Line("B", b.t_s, b.values, dashed=True)))
+            Panel(label(each.name), each.unit, (Line("A", a.t_s, a.values), Line("B", b.t_s, b.values, dashed=True)))
             for each in ranked[:PANELS]
             for a, b in (self.pairs[each.name],)
         ]

@@ -55,14 +55,18 @@ def by_unit(signals: Sequence[ChosenSignal], start_s: float = 0.0) -> list[Panel
         owner = signal.name.partition(".")[0] if re.match(r"(deg|rad|m|mm|cm|in|ft|inch)(/s.*)?$", signal.unit) else ""
         groups.setdefault((owner, signal.unit), []).append(signal)
     return [
-        Panel(", ".join(map(label, members)), unit, tuple(Line(label(each), each.t_s - start_s, each.values) for each in members))
+        Panel(
+            ", ".join(label(each.name) for each in members),
+            unit,
+            tuple(Line(label(each.name), each.t_s - start_s, each.values) for each in members),
+        )
         for (_, unit), members in groups.items()
     ]
 
 
-def label(signal: ChosenSignal) -> str:
-    """The column's name without the SI unit at its end, since `unit` says what it is shown in."""
-    return re.sub(r"_(Pa|C|V|mps2|m|rad|us|s)$", "", signal.name)
+def label(column: str) -> str:
+    """Its name without the SI unit at its end, where a unit beside it says what it is shown in."""
+    return re.sub(r"_(Pa|C|V|mps2|m|rad|us|s)$", "", column)
 
 
 def write_png(panels: Sequence[Panel], title: str, out: str | Path, x_label: str = "time / s") -> None:

@@ -86,6 +86,9 @@ def test_the_filter_and_the_tip_differ_by_what_was_put_in(logs: tuple[Log, Log])
     assert [(each.about, each.key, each.a, each.b) for each in found.changed] == [("filter", "kind", "none", "zvd")]
     assert found.vibration["move 1"] == pytest.approx((2.8, 0.28), rel=1e-2)
     tip = next(each for each in found.signals if each.name == "tip.acceleration_mps2")
+    (row,) = [line for line in found.text().splitlines() if line.startswith("  tip.acceleration")]
+    assert row.split()[:2] == ["tip.acceleration", tip.unit], "not the unit of the column beside another one"
+    assert "tip.acceleration" in {panel.title for panel in found.panels()}
     assert tip.share == pytest.approx(0.9, abs=0.02)  # B rings by a tenth of A with the same phase
     assert "rotary.target" in {each.name for each in found.signals if each.largest == 0.0}
 
