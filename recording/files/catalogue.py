@@ -16,14 +16,12 @@ from typing import Any
 import numpy as np
 from mcap.reader import McapReader, make_reader
 
-from recording.files.info import RunFacts, run_facts, why_invalid
+from recording.files.info import ENDED_BEFORE, RunFacts, run_facts, why_invalid
 from recording.files.reader import log_bytes, read_log
 from recording.files.recordings import recordings
 from recording.files.scan import BAD_INDEX
 from recording.files.writer import CYCLE_TOPIC, EVENT_TOPIC
 from recording.format.event import Event, decode_event
-
-ENDED_BEFORE = "the log ends before the run does"
 
 
 @dataclass(frozen=True, slots=True)

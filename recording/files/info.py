@@ -17,6 +17,8 @@ from recording.format.event import Event, Level
 from recording.format.fields import CYCLE_FIELDS
 from servo_control.signals import Mode
 
+ENDED_BEFORE = "the log ends before the run does"
+GOES_ON = "the run still goes on, or the log was cut"
 _LOOP = {field.name for field in CYCLE_FIELDS}
 _IN_MICROSECONDS = "_us"  # histograms and percentiles of the passport: for programs, and the text has them from the cycles
 
@@ -167,7 +169,7 @@ def _why_not_valid(log: Log, rows: npt.NDArray[np.intp]) -> str:
         return ""
     first, last = int(rows[0]), int(rows[-1])
     if last + 1 >= log.cycles:
-        return "the log ends before the run does"
+        return ENDED_BEFORE if log.damage.closed else GOES_ON
     after = int(log.columns["mode"][last + 1])
     if after != Mode.HOLDING:
         return {Mode.STOPPING: "stopped", Mode.FAULT: "fault"}.get(Mode(after), f"left for {Mode(after).name.lower()}")

@@ -212,9 +212,10 @@ def _columns(payloads: list[bytes], layout: RecordLayout) -> dict[str, Column]:
 def _cut_text(damage: Damage, columns: dict[str, Column], metadata: dict[str, dict[str, str]]) -> str:
     if not damage.sentences:
         return _recovered_text(columns, metadata["recovered"]) if "recovered" in metadata else "The recording was not closed."
+    open_or_cut = "The log is still being recorded, or was cut"  # nothing in the file tells one from the other
     if not len(columns["t_s"]):
-        return f"The log was cut before its first cycle: {'; '.join(damage.sentences)}."
-    cut = f"The log was cut at t = {columns['t_s'][-1]:.3f} s, after cycle {columns['cycle'][-1]}"
+        return f"{open_or_cut} before its first cycle: {'; '.join(damage.sentences)}."
+    cut = f"{open_or_cut} at t = {columns['t_s'][-1]:.3f} s, after cycle {columns['cycle'][-1]}"
     where, whole = ("The log is damaged", "All that was closed is here") if damage.closed else (cut, "Everything before is here")
     dropped = damage.dropped_chunks
     kept = f"{dropped} chunk{'s' * (dropped > 1)} of records left out, the rest is here" if dropped else whole
@@ -254,5 +255,5 @@ def _without_cycles(path: Path, damage: Damage, gathered: _Gathered) -> LogError
             _others(path),
         )
     else:
-        what, advice = "the log was cut before its first cycle", f"There is nothing in it to recover. {_others(path)}"
+        what, advice = "the log was cut before its first cycle, or has none yet", f"There is nothing in it to recover. {_others(path)}"
     return LogError(what, value="; ".join(gathered.problems), where=str(path), next_step=advice)

@@ -72,7 +72,7 @@ def test_a_log_that_was_not_closed_says_so(tmp_path: Path) -> None:
     assert_rows(log, table)
     assert not log.complete
     assert log.cut_text == (
-        "The log was cut at t = 0.199 s, after cycle 199: the file ends without having been closed. "
+        "The log is still being recorded, or was cut at t = 0.199 s, after cycle 199: the file ends without having been closed. "
         "Everything before is here; `longreach log recover` makes a whole file of it."
     )
 
@@ -96,7 +96,7 @@ def test_cut_at_any_byte(whole: Whole, tmp_path_factory: pytest.TempPathFactory,
         return  # cut before its first cycles reached the file
     log = read_log(path)
     assert not log.complete
-    assert log.cut_text.startswith("The log was cut")
+    assert log.cut_text.startswith("The log is still being recorded, or was cut")
     assert log.cycles % 50 == 0
     assert_rows(log, table[: log.cycles])
     assert set(log.attachments.items()) <= {("rig.yaml", b"longreach: rig/1\n"), ("note.txt", b"x" * 400)}
@@ -195,7 +195,7 @@ def test_a_damaged_first_chunk_of_a_cut_log_is_named(whole: Whole, tmp_path: Pat
         ("a.mcap", b"", "the file is empty. Nothing was recorded into it."),
         ("a.mcap", b"SQLite format 3\x00", "this is not a log: the file does not start as an MCAP file: b'SQLite f'. Give a log"),
         ("d.csv", b"t_s,x\n0,1\n", "this is a table, not a log. Run `longreach import "),
-        ("a.mcap", b"\x89MCAP0\r\n", "the log was cut before its first cycle. There is nothing in it to recover."),
+        ("a.mcap", b"\x89MCAP0\r\n", "the log was cut before its first cycle, or has none yet. There is nothing in it to recover."),
     ],
 )
 def test_wrong_files_are_refused_with_the_next_step(tmp_path: Path, name: str, content: bytes, text: str) -> None:

@@ -92,6 +92,19 @@ def test_runs_that_did_not_end_well_are_not_valid(tmp_path: Path, mode: Mode | N
     assert f"not valid: {reason}" in facts.text()
 
 
+def test_a_run_that_goes_on_is_not_told_as_one_that_was_cut(tmp_path: Path) -> None:
+    """A log that is being recorded, as another process reads it."""
+    recording = session.Session(tmp_path / "a.mcap")
+    recording.position = [0.0, 40 * 0.0254]
+    recording.start(recording.plan("paper_line", 1))
+    recording.cycles(Mode.RUNNING, 200)
+    recording.writer.flush()
+    text = describe(read_log(recording.path)).text()
+    recording.close()
+    assert "The log is still being recorded, or was cut at t = 0.199 s" in text
+    assert "not valid: the run still goes on, or the log was cut" in text
+
+
 @pytest.mark.parametrize(
     ("text", "valid", "reason"),
     [("run 1: valid", 1.0, ""), ("run 1: invalid, because 7 % of its periods were missed", 0.0, "7 % of its periods were missed")],
@@ -159,7 +172,7 @@ def test_check_of_a_cut_log_and_of_another_rig(run: Path, tmp_path: Path) -> Non
     (tmp_path / "cut.mcap").write_bytes(run.read_bytes()[:-4000])
     grade, text = finding(tmp_path / "cut.mcap", "whole")
     assert grade == "error"
-    assert text.startswith("The log was cut at t = ")
+    assert text.startswith("The log is still being recorded, or was cut at t = ")
     other = check_log(run, load_rig("force_axis").rig)
     assert not other.good
     assert other.findings[-1].text == (
