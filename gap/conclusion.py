@@ -104,6 +104,7 @@ def _parts(done: Searched, judged: JudgedFile, word: Verdict, told: Sequence[Con
     state, loaded, progress, logs = done.state, done.loaded, done.progress, done.logs
     told_of = {(item["effect"], item["where"]) for item in told}
     return {
+        "rig": loaded.rig.name,
         "parameters": _constants(done, judged, half_width),
         "gap": _gap(done, judged),
         "judge": [one.as_dict() for one in done.decided.said.judge] if done.decided else [],

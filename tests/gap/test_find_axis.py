@@ -65,6 +65,7 @@ def test_a_friction_that_the_file_lacks_brings_a_contact_of_the_right_stiffness(
 def test_no_gap_is_said_and_the_rig_file_stays(tmp_path: Path) -> None:
     content = search(tmp_path, axis_logs.axis_text(), axis_logs.axis_text())
     assert content["verdict"] == "no_gap"
+    assert content["rig"] == axis_logs.axis_rig().name
     assert content["findings"] == []
     assert (tmp_path / "out" / "rig.yaml").read_text() == axis_logs.axis_text()
     assert all(row["smallest_visible"] is None or row["smallest_visible"] > 0 for row in content["not_seen"])

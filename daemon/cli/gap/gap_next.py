@@ -51,7 +51,7 @@ def _next(arguments: argparse.Namespace) -> int:
     from gap.maneuvers.next_maneuver import next_maneuver
 
     loaded = load_rig(arguments.rig)
-    content = _content(arguments.findings) if arguments.findings else {}
+    content = _content(arguments.findings, loaded.rig.name) if arguments.findings else {}
     measured = list(content["gap"]["channels"]) if content else None
     rivals = _explanations(loaded, arguments, content)
     if arguments.log:
@@ -66,17 +66,21 @@ def _next(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _content(path: Path) -> dict[str, Any]:
-    """LogError for a file that is no findings.json: it is data, and not usable."""
+def _content(path: Path, rig_name: str) -> dict[str, Any]:
+    """LogError for a file that is no findings.json, or one of another rig: it is data, and not usable."""
     from config.loading.load import read_text
 
     content: Any = None
     with suppress(ValueError):
         content = json.loads(read_text(path))
-    if isinstance(content, dict) and content.keys() >= _PARTS:
-        return content
-    advice = "`longreach gap find --help` says which command writes one."
-    raise LogError("this is no findings.json", where=str(path), next_step=advice)
+    if not (isinstance(content, dict) and content.keys() >= _PARTS):
+        advice = "`longreach gap find --help` says which command writes one."
+        raise LogError("this is no findings.json", where=str(path), next_step=advice)
+    found_on = content.get("rig", rig_name)  # earlier versions did not write it
+    if found_on != rig_name:
+        advice = f"Give --rig with the file of {found_on}, or the findings of {rig_name}."
+        raise LogError("the findings are of another rig", value=found_on, limit=rig_name, where=str(path), next_step=advice)
+    return content
 
 
 def advice(proposal: dict[str, Any]) -> str:

@@ -72,6 +72,22 @@ def test_a_file_that_is_no_findings_is_unusable_data(text: str, tmp_path: Path, 
     assert said[1] == "next: longreach gap find --help"
 
 
+def test_findings_of_another_rig_are_refused_and_those_that_name_none_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both rigs have a joint `axis`: every name and number would fit."""
+    path = tmp_path / "findings.json"
+    asked: list[Sequence[Rival]] = []
+    monkeypatch.setattr(next_maneuver, "next_maneuver", lambda loaded, rivals, *rest: asked.append(rivals))
+    tentative = GRAVITY | {"confirmed": False, "look_alikes": []}
+    content = {"findings": [tentative], "gap": {"channels": {"axis.position": {}}}, "parameters": {}}
+    for about, status in (({"rig": "analogue_axis"}, 3), ({"rig": "force_axis"}, 0), ({}, 0)):
+        path.write_text(json.dumps(content | about))
+        assert main(["gap", "next", "--rig", "force_axis", "--findings", str(path)]) == status
+    assert len(asked) == 2
+    assert "the findings are of another rig: analogue_axis (limit: force_axis)" in capsys.readouterr().err
+
+
 def test_the_command_named_next_is_one_that_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """The shipped rigs have friction already: what is named next must be effects that they lack."""
     given: list[Sequence[Rival]] = []
