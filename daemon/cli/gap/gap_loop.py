@@ -17,6 +17,7 @@ from daemon.cli.shown.progress import progress_lines
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
+    from config.schema.rig import Rig
     from gap.loop import LoopCourse, Round
     from gap.maneuvers.designs import ManeuverDesign
 
@@ -44,6 +45,7 @@ def _loop(arguments: argparse.Namespace) -> int:
     if bool(arguments.log) != bool(arguments.holdout):
         advice, mend = "Give both or neither; then two are run.", {"--log": None, "--holdout": None}
         raise ConfigError("--log and --holdout go together", where="gap loop", next_step=advice, mend=mend)
+    _refuse_other_joints(load_rig(arguments.rig).rig, truth.rig)
     logs, holdouts = arguments.log, arguments.holdout
     if not logs:
         first, second = first_designs(truth.rig)
@@ -52,6 +54,14 @@ def _loop(arguments: argparse.Namespace) -> int:
     course = resolve(arguments.rig, logs, holdouts, arguments.out, run, progress, show, arguments.rounds)
     print(json.dumps(course.as_dict()) if arguments.json else conclusion(course, arguments.out))
     return 0
+
+
+def _refuse_other_joints(model: Rig, truth: Rig) -> None:
+    """Before anything is run: no log of the one could be compared with the other."""
+    if tuple(model.joints) != tuple(truth.joints):
+        what, seen, wanted = "the rig that is run has other joints than the model", ", ".join(truth.joints), ", ".join(model.joints)
+        advice = "Give a variant of the model's own file."
+        raise ConfigError(what, value=seen, limit=wanted, where="--truth-rig", next_step=advice)
 
 
 def runner(truth: LoadedRig, out: Path, seed: int, progress: Progress) -> Callable[[ManeuverDesign, str], Path]:

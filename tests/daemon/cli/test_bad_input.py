@@ -141,6 +141,7 @@ def test_maneuver_outside_the_workspace_moves_nothing(tmp_path: Path, capsys: py
             "go together",
             "longreach gap loop --rig a.yaml --truth-rig force_axis",
         ),
+        (["gap", "loop", "--rig", "force_axis", "--truth-rig", "ornl_testbed"], "other joints than the model", "longreach gap loop --help"),
         (["identify", "force_axis"], "one hydraulic axis", "longreach identify --log LOG.mcap"),
     ],
 )
