@@ -15,7 +15,7 @@ from gap.data.measured import Columns, Measured, columns_of, on_grid
 from gap.data.uniform_grid import LEAST_ROWS, MOST_MISSING
 from recording.importing.parts import SPLIT_S, between_pauses, rows
 
-_PART = re.compile(r"^(?P<file>.+)@(?P<first>[0-9.eE+-]*):(?P<last>[0-9.eE+-]*)$")
+_PART = re.compile(r"^(?P<file>.+)@(?P<first>[^@:/]*):(?P<last>[^@:/]*)$")
 
 
 def load_parts(given: Sequence[Path | str], rig: Rig) -> list[Measured]:

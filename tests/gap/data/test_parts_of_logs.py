@@ -57,6 +57,13 @@ def test_a_part_that_is_not_there_names_the_span_of_the_log(tmp_path: Path, colu
     assert f"{path}@FROM:TO" in str(refused.value)
 
 
+def test_a_part_that_is_no_span_of_time_says_how_to_write_one(tmp_path: Path, columns: Columns) -> None:
+    path = axis_logs.write(tmp_path / "a.csv", columns)
+    for part in ("a:b", "1:2s", "1-2:3"):
+        with pytest.raises(LogError, match="is no span of time"):
+            load_parts([f"{path}@{part}"], axis_logs.axis_rig())
+
+
 def test_two_parts_of_one_file_are_a_pair_only_where_they_do_not_overlap(tmp_path: Path, columns: Columns) -> None:
     path, rig = axis_logs.write(tmp_path / "a.csv", columns), axis_logs.axis_rig()
     first, second, across = load_parts([f"{path}@0:3", f"{path}@3.1:6", f"{path}@2:5"], rig)
