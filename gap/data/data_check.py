@@ -65,6 +65,9 @@ def check(logs: Sequence[Measured], rig: Rig) -> list[DataProblem]:
     found: list[DataProblem] = []
     sensors = rig.plant.sensors if rig.plant else {}
     for log in logs:
+        if log.rig_name not in ("", rig.name):
+            what = f"was recorded on the rig {log.rig_name}, and the model is {rig.name}"
+            found.append(DataProblem(what, "", str(log.path), False))
         found += _time_problems(log)
         moving = log_moves(log)
         for name, channel in log.channels.items():

@@ -25,7 +25,7 @@ def load_parts(given: Sequence[Path | str], rig: Rig) -> list[Measured]:
 
 def _parts(given: str, rig: Rig) -> list[Measured]:
     path, first_s, last_s = _asked(given)
-    columns = columns_of(path, rig)
+    columns, rig_name = columns_of(path, rig)
     t = columns.get("t_s", np.empty(0))
     sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
     a_part = bool(np.isfinite(first_s) or np.isfinite(last_s))
@@ -40,7 +40,7 @@ def _parts(given: str, rig: Rig) -> list[Measured]:
             next_step=f"The log runs from {np.nanmin(t):.6g} to {np.nanmax(t):.6g} s. "
             + (f"Give another part: {path}@FROM:TO" if a_part else "Log longer, without a pause."),
         )
-    return [on_grid(path, piece, rig, sha256) for piece in pieces or [wanted]]
+    return [on_grid(path, piece, rig, sha256, rig_name) for piece in pieces or [wanted]]
 
 
 def _asked(given: str) -> tuple[Path, float, float]:

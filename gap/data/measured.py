@@ -54,6 +54,7 @@ class Measured:
     missing: NDArray[np.bool_]
     jitter_s: float
     backwards: int
+    rig_name: str = ""  # of the rig it was recorded on, as the log says; a table says none
     oil_C: float | None = None  # reservoir at the log's start, where it was measured
     temperatures: Mapping[str, MeasuredChannel] = field(default_factory=dict)  # slower than a window, so compared over whole logs
 
@@ -76,12 +77,16 @@ def field_of(signal: str) -> tuple[str, str]:
 
 def load(path: Path, rig: Rig) -> Measured:
     """Read a whole log as one. LogError for what cannot be used at all."""
-    return on_grid(path, columns_of(path, rig), rig, hashlib.sha256(path.read_bytes()).hexdigest())
+    columns, rig_name = columns_of(path, rig)
+    return on_grid(path, columns, rig, hashlib.sha256(path.read_bytes()).hexdigest(), rig_name)
 
 
-def columns_of(path: Path, rig: Rig) -> Columns:
-    """Columns of an MCAP log, or of a table whose columns have the log's names."""
-    return _csv_columns(path, rig) if path.suffix.lower() in _TABLES else log_columns(read_log(path), rig)
+def columns_of(path: Path, rig: Rig) -> tuple[Columns, str]:
+    """Columns of an MCAP log, or of a table whose columns have the log's names; and the rig that the log was recorded on, where it says."""
+    if path.suffix.lower() in _TABLES:
+        return _csv_columns(path, rig), ""
+    log = read_log(path)
+    return log_columns(log, rig), log.metadata.get("recording", {}).get("rig_name", "")
 
 
 def _csv_columns(path: Path, rig: Rig) -> dict[str, Array]:
@@ -98,7 +103,7 @@ def log_columns(log: Log, rig: Rig) -> dict[str, Array]:
     return {name: np.asarray(values, dtype=np.float64) for name, values in log.columns.items()}
 
 
-def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> Measured:
+def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str, rig_name: str = "") -> Measured:
     """Columns of one log on a uniform grid of its median period."""
     t = _times(path, columns)
     grid, logged = grid_of(path, t), columns
@@ -118,6 +123,7 @@ def on_grid(path: Path, columns: Mapping[str, Array], rig: Rig, sha256: str) -> 
         missing=grid.missing(),
         jitter_s=grid.jitter_s(t),
         backwards=int((np.diff(t) <= 0).sum()),
+        rig_name=rig_name,
         oil_C=_oil(columns),
         temperatures=warm,
     )

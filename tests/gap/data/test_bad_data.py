@@ -10,10 +10,11 @@ import pytest
 from config.errors import EXIT_UNUSABLE_DATA, LogError
 from config.loading.load import load_rig
 from gap.data.data_check import check, same_maneuver
+from gap.data.log_parts import load_parts
 from gap.data.measured import Measured, load
 from gap.find import find
 from longreach import run_plant
-from tests.support.gap import axis_logs
+from tests.support.gap import axis_logs, worn_axis
 
 Columns = axis_logs.Columns
 
@@ -82,6 +83,17 @@ def test_another_rigs_log(tmp_path: Path, columns: Columns) -> None:
     other = {name.replace("axis.", "boom."): values for name, values in columns.items()}
     text = spoiled(tmp_path, columns, lambda c: other)
     assert "axis.command_V" in text
+
+
+def test_a_recording_of_another_rig_with_the_same_joints_is_a_warning(tmp_path: Path, columns: Columns) -> None:
+    """The search goes on: the file may only have been renamed. A table says nothing about its rig."""
+    rig = axis_logs.axis_rig()
+    own, other = (worn_axis.write_recording(tmp_path / f"{name}.mcap", columns, worn_axis.BEGUN, name) for name in (rig.name, "other"))
+    table = axis_logs.write(tmp_path / "a.csv", columns)
+    (problem,) = [each for each in check([load(path, rig) for path in (own, other, table)], rig) if "recorded on" in each.what]
+    assert (problem.where, problem.fatal) == (str(other), False)
+    assert problem.what == f"was recorded on the rig other, and the model is {rig.name}"
+    assert [part.rig_name for part in load_parts([other, table], rig)] == ["other", ""]
 
 
 def test_time_gap_and_jitter_are_named_and_survived(tmp_path: Path, columns: Columns) -> None:
