@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from config.errors import LongreachError, UsageError, WriteError
 
@@ -52,6 +53,37 @@ def refuse_existing(path: Path, what: str, advice: str, name: Path | None = None
         raise UsageError(f"the {what} exists already", where=str(path), next_step=advice, mend={"-o": str(free_name(name or path))})
 
 
+def refuse_unwritable(folder: Path) -> None:
+    """OSError that names the folder, which need not be there yet, where nothing can be written into it: before minutes of work for that."""
+    try:
+        with TemporaryFile(dir=next(each for each in (folder, *folder.absolute().parents) if each.exists())):
+            pass
+    except OSError as error:
+        error.filename = str(folder)
+        raise
+
+
+@contextmanager
+def told_of(path: Path) -> Iterator[None]:
+    """A refusal about a temporary name beside the file, or in a temporary folder there, names the file: nobody typed the other."""
+    try:
+        yield
+    except OSError as error:
+        if isinstance(error.filename, (str, bytes, os.PathLike)):
+            error.filename = _without_temporary(os.fsdecode(error.filename), path)
+        raise
+    except WriteError as error:
+        said = error.refusal
+        where = _without_temporary(said.where, path)
+        raise WriteError(said.what, value=said.value, where=where, next_step=said.next_step) from error
+
+
+def _without_temporary(place: str, path: Path) -> str:
+    beside, folder = Path(os.path.abspath(place)), Path(os.path.abspath(path.parent))
+    temporary = folder in beside.parents and beside.relative_to(folder).parts[0].startswith(".")
+    return str(path) if temporary else place
+
+
 @contextmanager
 def replaced_when_done(path: Path) -> Iterator[Path]:
     """The temporary name to write to; the file has its own name when the block ends, and nothing is left of it when that fails.
@@ -60,8 +92,9 @@ def replaced_when_done(path: Path) -> Iterator[Path]:
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        yield temporary
-        os.replace(temporary, path)
+        with told_of(path):
+            yield temporary
+            os.replace(temporary, path)
     finally:
         with suppress(OSError):  # the folder cannot be used: nothing was written there
             temporary.unlink(missing_ok=True)

@@ -16,6 +16,7 @@ from config.checking.check import refuse_unusable
 from config.errors import DaemonError
 from config.loading.load import LoadedRig
 from config.schema.rig import Rig
+from config.whole_file import told_of
 from daemon.checks.interlocks import rig_facts
 from daemon.cycle.clock import LockstepClock
 from daemon.cycle.facts import Facts
@@ -61,7 +62,7 @@ def run_lockstep(
 def run_into(log: Path, loaded_rig: LoadedRig, request: Mapping[str, Any], seed: int = 0) -> Path:
     """One run, its log under the name `log` and nothing else beside it; the log appears when it is whole. Raises as `run_lockstep`."""
     log.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".longreach-", dir=log.parent) as folder:
+    with told_of(log), tempfile.TemporaryDirectory(prefix=".longreach-", dir=log.parent) as folder:
         (made,) = run_lockstep(loaded_rig, [request], Path(folder), seed)
         made.replace(log)
     return log

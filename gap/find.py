@@ -18,7 +18,6 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryFile
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -26,7 +25,7 @@ from threadpoolctl import threadpool_limits
 from config.errors import LogError, PlantError, UsageError
 from config.loading.load import LoadedRig, load_rig
 from config.progress import Progress
-from config.whole_file import free_name, write_whole
+from config.whole_file import free_name, refuse_unwritable, write_whole
 from gap.conclusion import concluded
 from gap.data.channel_check import comparable
 from gap.data.coarse_steps import CoarseStep, coarse_steps
@@ -95,8 +94,7 @@ def _make_room(out: Path, rig: str, progress: Progress) -> None:
     if (out / "rig.yaml").exists() and Path(rig).exists() and (out / "rig.yaml").samefile(rig):
         advice, mend = "Give another folder for the results.", {"--out": str(free_name(out))}
         raise UsageError("the rig file would be written over by the improved one", where=rig, next_step=advice, mend=mend)
-    with TemporaryFile(dir=next(each for each in (out, *out.absolute().parents) if each.exists())):
-        pass
+    refuse_unwritable(out)
     if (out / "findings.json").exists():
         progress(f"the results of an earlier search in {out} will be replaced")
 

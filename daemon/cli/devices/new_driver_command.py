@@ -38,8 +38,10 @@ def _new_driver(arguments: argparse.Namespace) -> int:
 
 def _write(folder: Path, files: dict[str, str]) -> None:
     """All files or none: they are made beside the folder and put in its place."""
+    from config.whole_file import told_of
+
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as temporary:
+    with told_of(folder), tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as temporary:
         made = Path(temporary) / folder.name
         made.mkdir()
         for name, text in files.items():

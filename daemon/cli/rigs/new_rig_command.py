@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from config.errors import ConfigError, UsageError
-from config.whole_file import free_name
+from config.whole_file import free_name, told_of
 from daemon.cli.connection import add_json_option
 from daemon.cli.rigs.questions import ARM, CYLINDER, QUESTIONS, ROTARY, answers, choose_kind
 from daemon.cli.rigs.stated_axis import axis_of, stated
@@ -79,7 +79,7 @@ def _refuse_name(name: str) -> None:
 def _write(folder: Path, files: dict[str, str]) -> None:
     """All files or none: they are made beside the folder and put in its place."""
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as temporary:
+    with told_of(folder), tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as temporary:
         made = Path(temporary) / folder.name
         made.mkdir()
         for stem, content in files.items():
