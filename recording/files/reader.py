@@ -233,7 +233,7 @@ def _recovered_text(columns: dict[str, Column], recovered: dict[str, str]) -> st
 def _not_a_log(path: Path, head: bytes) -> LogError:
     if not head:
         return LogError("the file is empty", where=str(path), next_step=f"Nothing was recorded into it. {_others(path)}")
-    if path.suffix.lower() in (".csv", ".txt", ".tsv"):
+    if path.suffix.lower() in (".csv", ".txt", ".tsv", ".mat"):
         advice = f"Run `longreach import {shlex.quote(str(path))} --suggest` first."
         return LogError("this is a table, not a log", where=str(path), next_step=advice)
     what = "this is not a log: the file does not start as an MCAP file"

@@ -28,6 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "empty.mcap").write_bytes(b"")
     (place / "notes.mcap").write_text("notes")
     (place / "dup.csv").write_text(TABLE)
+    (place / "dup.mat").write_bytes(b"MATLAB 5.0 MAT-file")
     return place
 
 
@@ -59,6 +60,8 @@ def assert_taken(typed: str, words: list[str]) -> None:
         ("log info empty.mcap", 3, "runs ."),
         ("log info notes.mcap", 3, "runs ."),
         ("log check empty.mcap", 3, "runs ."),
+        ("log info dup.csv", 3, "import dup.csv --suggest"),
+        ("log info dup.mat", 3, "import dup.mat --suggest"),
         ("log report --all 'a b.mcap'", 2, "log report 'a b.mcap'"),
         ("log recover --all 'a b.mcap'", 2, "log recover 'a b.mcap'"),
         ("log recover", 2, "log recover --all ."),
