@@ -43,13 +43,17 @@ def row(one: Followed, shown: Shown) -> list[str]:
     assert one.course is not None
     slope, half = one.course.slope
     factor = abs(shown.factor)
-    week = [7.0 * shown.factor * slope, 7.0 * factor * half]
     steps = [
-        f"{number(shown.factor * by)} ± {number(factor * about)} at {one.logs[first].path.name} ({one.logs[first].begun:%Y-%m-%d})"
+        f"{_about(shown.factor * by, factor * about, shown)} at {one.logs[first].path.name} ({one.logs[first].begun:%Y-%m-%d})"
         for first, (by, about) in ((first, one.course.step(k)) for k, first in enumerate(one.course.steps))
     ]
-    change = f"{number(week[0])} ± {number(week[1])}"
+    change = _about(7.0 * shown.factor * slope, 7.0 * factor * half, shown)
     return [one.number.name, shown.text(one.number.free.start), now(one, shown), change, "; ".join(steps), _limits(one, shown), said(one)]
+
+
+def _about(value: float, half: float, shown: Shown) -> str:
+    """A difference, in the unit of the number already."""
+    return f"{number(value)} ± {number(half)} {shown.unit}".rstrip()
 
 
 def now(one: Followed, shown: Shown) -> str:
@@ -65,8 +69,9 @@ def said(one: Followed) -> str:
 
 
 def _limits(one: Followed, shown: Shown) -> str:
-    ends = [number(float(shown.of(value))) if abs(value) < float("inf") else "" for value in (one.limits.low, one.limits.high)]
-    return f"{ends[0]} to {ends[1]}" if all(ends) else f"at least {ends[0]}" if ends[0] else f"at most {ends[1]}" if ends[1] else "none"
+    low, high = (number(float(shown.of(value))) if abs(value) < float("inf") else "" for value in (one.limits.low, one.limits.high))
+    said = f"{low} to {high}" if low and high else f"at least {low}" if low else f"at most {high}" if high else ""
+    return f"{said} {shown.unit}".rstrip() if said else "none"
 
 
 def _unknown(numbers: Sequence[Followed]) -> str:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gap.fitting.model import Free
+from gap.outcome.file_units import Shown
 from gap.watch.dated_logs import DatedLog
 from gap.watch.followed import Followed, followed
 from gap.watch.limits import NumberLimits
 from gap.watch.log_fit import FittedValue, LogFit
+from gap.watch.page import HEAD, row
 from gap.watch.watched import Watched
 from tests.support.gap.worn_axis import moments
 
@@ -43,6 +46,16 @@ def test_a_drift_says_when_the_limit_is_reached() -> None:
     assert found.word == "drifts"
     assert not found.alarm
     assert found.limit_in_days == pytest.approx((13.0 - 12.3) / 0.05, abs=6.0)
+
+
+def test_every_number_of_a_row_has_its_unit() -> None:
+    """Shown in a unit of half the size: a rise of 3 is one of 6."""
+    cells = dict(zip(HEAD, row(one(np.repeat([10.0, 13.0], 12)), Shown("lpm/bar", 2.0)), strict=True))
+    assert cells["rig file"] == "20 lpm/bar"
+    assert cells["limits"] == "14 to 26 lpm/bar"
+    assert re.fullmatch(r"-?[\d.]+ ± [\d.]+ lpm/bar", cells["change a week (95 %)"])
+    step, width = re.fullmatch(r"([\d.]+) ± ([\d.]+) lpm/bar at 12.mcap .*", cells["steps"]).groups()  # type: ignore[union-attr]
+    assert float(step) == pytest.approx(6.0, abs=2.0 * float(width))
 
 
 def test_beyond_a_limit_is_an_alarm_only_where_it_is_sure() -> None:
