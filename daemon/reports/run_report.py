@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from config.errors import LogError, LongreachError
-from config.whole_file import write_whole
+from config.errors import LogError, LongreachError, WriteError
+from config.whole_file import refuse_unwritable, write_whole
 from daemon.reports.earlier_run import last_valid_run
 from daemon.reports.simulated_run import simulated_run
 from daemon.reports.stated_log import sentences_of
@@ -35,13 +35,14 @@ Say = Callable[[str], None]
 def write_reports(path: Path, runs: Sequence[int] | None = None, simulate: bool = True, say: Say = lambda line: None) -> list[Path]:
     """A page beside the log for each of its runs (or `runs`): LOG-run-1.html. `say` gets a line before each step that takes time.
 
-    LogError where the log has no such run, or none at all.
+    LogError where the log has no such run, or none at all; WriteError where nothing can be written beside it.
     """
     log = read_log(path)
     wanted = runs or [each.number for each in run_facts(log)]
     if not wanted:
         advice = f"Standby recordings and data of another system have none; `longreach log plot {shlex.quote(str(path))}` shows them."
         raise LogError("the log holds no run", where=str(path), next_step=advice)
+    _refuse_unwritable(path)
     pages = []
     for run in wanted:
         out = run_page_of(path, run)
@@ -49,6 +50,17 @@ def write_reports(path: Path, runs: Sequence[int] | None = None, simulate: bool 
         write_whole(out, run_page(log, run, simulate, say))
         pages.append(out)
     return pages
+
+
+def _refuse_unwritable(log: Path) -> None:
+    """WriteError before the simulation and not after it: a page stands beside its log, and there is no other place to choose."""
+    try:
+        refuse_unwritable(log.parent)
+    except OSError as error:
+        who = f"`ls -ld {shlex.quote(str(log.parent))}` shows who may write here."
+        advice = f"A page stands beside its log: copy {log.name} to a folder of your own, and name the copy. {who}"
+        reason = error.strerror or str(error)
+        raise WriteError("no page can be written here", value=reason, where=str(log.parent), next_step=advice) from error
 
 
 def run_page_of(log: Path, run: int) -> Path:

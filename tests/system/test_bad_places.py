@@ -167,6 +167,18 @@ def test_a_folder_that_may_not_be_written(log: Path, closed: Path) -> None:
     assert f"next: ls -ld {closed}" in said
 
 
+@needs_rights
+def test_a_report_is_refused_before_it_simulates_where_no_page_can_stand(log: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "closed"
+    folder.mkdir()
+    copy = Path(shutil.copy(log, folder / "a.mcap"))
+    folder.chmod(0o555)
+    said = refusal([*UNPRIVILEGED, *LONGREACH, "log", "report", str(copy)])
+    assert said.startswith(f"longreach: {folder}: no page can be written here: Permission denied. A page stands beside its log")
+    assert "Choose another place" not in said
+    assert said.endswith(f"next: ls -ld {folder}\n")
+
+
 @pytest.mark.slow
 @needs_rights
 def test_a_log_that_may_not_be_read(log: Path, tmp_path: Path) -> None:
