@@ -43,7 +43,7 @@ def limits_of(numbers: Sequence[Watched], asked: Sequence[str], units: FileUnits
 def _side(one: str, value: float, number: Watched, units: FileUnits) -> str:
     start = number.free.start
     what = "a limit at the rig file's value is neither an upper nor a lower one" if value == start else ""
-    if value * start < 0.0:
+    if value * start < 0.0 and not number.wide.low <= value <= number.wide.high:  # a null bias may turn, a friction may not
         what = "the number never has the other sign, so this limits nothing"
     if what:
         stated = f"the rig file has {units.constant(number.free.key, number.free.unit).text(start)}"

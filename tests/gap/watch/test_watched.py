@@ -85,3 +85,9 @@ def test_what_limits_nothing_and_a_second_limit_of_one_side_are_refused(asked: l
 def test_a_limit_of_something_else_is_refused(asked: str, cylinder: LoadedRig) -> None:
     with pytest.raises(UsageError, match="no number of this name is followed: "):
         limits_of(of(cylinder), [asked], FileUnits(cylinder.text))
+
+
+def test_the_bias_of_a_null_may_be_limited_on_the_other_side_of_0() -> None:
+    axis = load_rig("force_axis")
+    found = limits_of(of(axis), ["axis.valve_null_bias.bias=0.02"], FileUnits(axis.text))["axis.valve_null_bias.bias"]
+    assert found.low < -0.009 < found.high == 0.02
