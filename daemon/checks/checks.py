@@ -73,9 +73,9 @@ class Check:
     def sentence(self, values: Sequence[float]) -> str:
         """Name, value, limit, unit, source and what to do, for events and refusals."""
         value = values[self.index]
-        shown = f"{value:.6g}" if isfinite(value) else "no valid value"
         unit = f" {self.unit}" if self.unit else ""
-        return f"{self.name} ({self.source}): {shown}{unit} (limit {self.limit}{unit}). {self.next_step}"
+        shown = f"{value:.6g}{unit}" if isfinite(value) else "no valid value"
+        return f"{self.name} ({self.source}): {shown} (limit {self.limit}{unit}). {self.next_step}"
 
 
 class CheckGroup:

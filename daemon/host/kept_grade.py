@@ -26,6 +26,8 @@ FILE_NAME = "host_grade.json"
 SERVICE_STATE_DIRECTORY = Path("/var/lib/longreach")
 _NEXT_STEP = "`longreach host --load --rig RIG` measures it; end the daemon first."
 
+_DEVICES = "devices"
+
 
 @dataclass(frozen=True, slots=True)
 class HostGrade:
@@ -57,7 +59,7 @@ def measured_for(rig: Rig) -> dict[str, Any]:
     return {
         **host(),
         **{f"loop.{name}": value for name, value in wishes.items()},
-        "devices": hashlib.sha256(devices.encode()).hexdigest()[:12],
+        _DEVICES: hashlib.sha256(devices.encode()).hexdigest()[:12],
     }
 
 
@@ -120,7 +122,7 @@ class KeptGrade:
             return "it was measured without a load"
         for name, value in self._now.items():
             if value != grade.holds_for.get(name):
-                return f"{name} was {grade.holds_for.get(name)}"
+                return "the rig's devices were others" if name == _DEVICES else f"{name} was {grade.holds_for.get(name)}"
         lost = sorted(set(refused) - set(grade.refused))
         return f"{lost[0]} was granted" if lost else ""
 

@@ -59,6 +59,13 @@ class Child:
             self._process.kill()
 
 
+def leave_terminal_to_supervisor() -> None:
+    """Ctrl-C and the end of a terminal reach every process of the daemon at once, and must stop the arm in order: the supervisor sees to
+    that."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+
+
 def signal_on_parent_death(parent_pid: int, number: signal.Signals = signal.SIGTERM) -> None:
     """Call first thing in the child: Linux then sends it this signal. A parent that is gone already counts as dying now."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, int(number), 0, 0, 0)

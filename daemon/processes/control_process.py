@@ -22,7 +22,7 @@ from daemon.loop.other_processes import OtherProcesses
 from daemon.loop.recording_span import Recording
 from daemon.modes.mode_machine import OperatorAction
 from daemon.processes.channels import Channels, ChildSpec
-from daemon.processes.children import signal_on_parent_death
+from daemon.processes.children import leave_terminal_to_supervisor, signal_on_parent_death
 from daemon.processes.process_health import MailboxHealth
 from recording.format.layout import CycleLayout
 
@@ -62,7 +62,7 @@ def main() -> int:
     rig, channels = spec.rig(), spec.channels()
     commands = SignalledCommands(CommandRing(channels.commands))
     signal.signal(signal.SIGTERM, commands.on_signal)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the supervisor
+    leave_terminal_to_supervisor()
     signal_on_parent_death(spec.parent_pid)
     try:
         loop, granted = _opened_loop(rig, channels, commands)

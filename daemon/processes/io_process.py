@@ -18,7 +18,7 @@ from daemon.ipc.mailbox import Mailbox
 from daemon.ipc.slow_samples import post_samples, slow_channels
 from daemon.loop.device_bank import CreateDriver
 from daemon.processes.channels import ChildSpec
-from daemon.processes.children import signal_on_parent_death
+from daemon.processes.children import leave_terminal_to_supervisor, signal_on_parent_death
 from drivers import registry
 from drivers.contract import Driver, Quality, Sample
 
@@ -79,7 +79,7 @@ def main() -> int:
     rig, channels = spec.rig(), spec.channels()
     asked, ended = threading.Event(), threading.Event()
     signal.signal(signal.SIGTERM, lambda number, frame: asked.set())
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the supervisor
+    leave_terminal_to_supervisor()
     signal_on_parent_death(spec.parent_pid)
     devices = [SlowDevice(name, rig, mailbox) for name, mailbox in channels.slow.items()]
     threads = [threading.Thread(target=device.run, args=(ended,), daemon=True) for device in devices]

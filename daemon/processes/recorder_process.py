@@ -16,7 +16,7 @@ from config.errors import LogError
 from daemon.cycle.log_stream import RecordKind
 from daemon.ipc.ring import Record
 from daemon.processes.channels import Channels, ChildSpec, RecorderHealth
-from daemon.processes.children import signal_on_parent_death
+from daemon.processes.children import leave_terminal_to_supervisor, signal_on_parent_death
 from daemon.processes.recorder import Recorder
 
 POLL_S = 0.02  # each waking costs as much processor time as writing several rows; the ring holds seconds
@@ -114,7 +114,7 @@ def main() -> int:
     spec = ChildSpec.from_bytes(sys.stdin.buffer.read())
     process = RecorderProcess(spec.channels(), Recorder(spec.session))
     signal.signal(signal.SIGTERM, process.on_signal)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the supervisor
+    leave_terminal_to_supervisor()
     signal_on_parent_death(spec.parent_pid)
     process.run()
     return 0

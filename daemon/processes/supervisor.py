@@ -2,8 +2,9 @@
 
     longreachd RIG.yaml [--log-dir DIR] [--runtime-dir DIR] [--socket PATH] [--group NAME]
 
-SIGTERM: controlled stop, safe outputs, logs closed, exit 0. A second SIGTERM: safe outputs at once. A dead control process ends
-the daemon with status 1 after its log was closed; a dead recorder is a fault that a reset repairs. Nothing restarts silently.
+SIGTERM, Ctrl-C and the end of its terminal: controlled stop, safe outputs, logs closed, exit 0. A second one: safe outputs at once. A
+dead control process ends the daemon with status 1 after its log was closed; a dead recorder is a fault that a reset repairs. Nothing
+restarts silently.
 """
 
 from __future__ import annotations
@@ -89,7 +90,8 @@ async def _run(arguments: argparse.Namespace) -> int:
 async def _serve(rig: LoadedRig, children: ChildSupervision, arguments: argparse.Namespace, runtime: Path, log_dir: Path) -> int:
     """From the start of the child processes to their end, with the socket open while the loop runs."""
     handlers = RequestHandlers(rig.rig, children, rig.text)
-    for number in (signal.SIGTERM, signal.SIGINT):
+    hang_up = [] if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else [signal.SIGHUP]  # nohup: it outlives its terminal
+    for number in (signal.SIGTERM, signal.SIGINT, *hang_up):
         asyncio.get_running_loop().add_signal_handler(number, children.shut_down)
     children.start(handlers)
     await children.until_ready()

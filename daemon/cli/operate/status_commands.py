@@ -121,18 +121,23 @@ def _joint_table(joints: dict[str, dict[str, Any]], units: Units) -> list[str]:
     rows = []
     for name, joint in joints.items():
         unit, scale, _ = units.get(name, (joint["unit"], 1.0, 0.0))
-        position, reference = _scaled(joint["position"], scale), _scaled(joint["reference"], scale)
+        position, reference, velocity = (_scaled(joint[word], scale) for word in ("position", "reference", "velocity"))
+        volts = _scaled(joint["command_V"], 1.0)
         rows.append(
             [
                 name,
-                f"{number(position)} {unit}",
-                f"{number(reference)} {unit}",
-                f"{reference - position:+.3g} {unit}",
-                f"{_scaled(joint['velocity'], scale):+.3g} {unit}/s",
-                f"{_scaled(joint['command_V'], 1.0):+.3f} V",
+                _known(position, number(position), unit),
+                _known(reference, number(reference), unit),
+                _known(reference - position, f"{reference - position:+.3g}", unit),
+                _known(velocity, f"{velocity:+.3g}", f"{unit}/s"),
+                _known(volts, f"{volts:+.3f}", "V"),
             ]
         )
     return text_table(["joint", "position", "reference", "error", "velocity", "command"], rows)
+
+
+def _known(value: float, text: str, unit: str) -> str:
+    return f"{text} {unit}" if math.isfinite(value) else "–"
 
 
 def _scaled(value: float | None, scale: float) -> float:

@@ -6,6 +6,7 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
+from config.errors import UsageError
 from daemon.cli.connection import add_json_option, connect
 from daemon.cli.options.numbers import finite
 from daemon.cli.shown.check_table import checks_lines, standing
@@ -36,6 +37,10 @@ def _why(arguments: argparse.Namespace) -> int:
     """Exit 0 when nothing stands in the way of arming, 1 when something does: a check that fails, or a fault that is latched."""
     if arguments.log is not None:
         return _why_then(arguments)
+    if arguments.at is not None:
+        raise UsageError(
+            "--at is a moment of a recording", where="--at", next_step="`longreach why LOG.mcap --at S`; `longreach runs` lists logs."
+        )
     with connect(arguments) as client:
         checks, units = client.call("checks")["checks"], units_of_rig(arguments, client.call)
         status, sentences = client.call("status"), client.sentences()

@@ -36,8 +36,8 @@ def standing(check: dict[str, Any]) -> bool | str | None:
 
 
 def _numbers(check: dict[str, Any]) -> str:
-    unit = f" {check['unit']}" if check.get("unit") else ""
-    text = f"{number(check.get('value'))}{unit}"
+    value = check.get("value")
+    text = number(value) + (f" {check['unit']}" if check.get("unit") and value is not None else "")
     if check.get("limit"):
         text += f"  (limit {check['limit']})"
     age = check.get("age_s")

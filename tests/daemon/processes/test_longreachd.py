@@ -231,6 +231,22 @@ def pending(notifications: socket.socket, wait_s: float) -> bytes:
     return received
 
 
+def test_the_end_of_its_terminal_stops_the_arm_in_order(tmp_path: Path) -> None:
+    """An SSH connection that breaks sends SIGHUP to every process of the daemon."""
+    with RunningDaemon(tmp_path) as daemon:
+        with daemon.wait_until_ready() as client:
+            arm(client)
+            client.call("start", **LONG_JOG)
+            until(lambda: mode(client) == "running")
+        for process in (daemon.child("control"), daemon.child("recorder"), daemon.process.pid):
+            os.kill(process, signal.SIGHUP)
+        assert daemon.process.wait(15) == 0
+        log = read_log(daemon.latest_log())
+        assert log.complete
+        assert int(Mode.STOPPING) in log.columns["mode"]
+        assert not daemon.socket.exists()
+
+
 def test_a_second_sigterm_does_not_wait_for_the_arm(tmp_path: Path) -> None:
     with RunningDaemon(tmp_path) as daemon:
         with daemon.wait_until_ready() as client:
