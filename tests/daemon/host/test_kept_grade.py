@@ -51,7 +51,7 @@ def other_rig(*overrides: str) -> dict[str, object]:
         (replace(SEEN, holds_for={**SEEN.holds_for, "host_kernel": "Linux 5.10 old"}), "host_kernel was Linux 5.10 old"),
         (replace(SEEN, holds_for=other_rig("loop.cpu=1")), "loop.cpu was 1"),
         (replace(SEEN, holds_for=other_rig("loop.priority=10")), "loop.priority was 10"),
-        (replace(SEEN, holds_for=measured_for(load_rig("ornl_testbed_can").rig)), "devices was "),
+        (replace(SEEN, holds_for=measured_for(load_rig("ornl_testbed_can").rig)), "the rig's devices were others"),
         (replace(SEEN, holds_for={}), "host_name was None"),
         (replace(SEEN, loaded=False), "it was measured without a load"),
     ],
