@@ -13,9 +13,10 @@ from typing import Any, cast
 
 from config.errors import ConfigError
 from config.options.device_options import DeviceOptions, RigNames
-from config.options.driver_options import SHIPPED, factories, options_schema
+from config.options.driver_options import SHIPPED, factories, members, options_schema
 from config.options.partly_right import as_far_as_right
 from config.options.plug_in_code import loaded, try_declarations, working
+from config.options.plug_in_fields import try_fields
 from config.options.plug_ins import DRIVERS
 from config.parsing.nearest import nearest_text
 from config.parsing.problems import Problem
@@ -68,6 +69,8 @@ def _declared(tree: YamlTree, name: str, device: Mapping[str, Any]) -> tuple[Dev
     schema = options_schema(driver)
     if driver not in SHIPPED:
         loaded(factories()[driver], driver)
+        for member in members(schema) if schema is not None else ():
+            try_fields(driver, member)
     if schema is None or not isinstance(written, dict):
         return None, []  # the schema of the rig file says that options are a section
     annotation: Any = schema

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from config.options.canopen_options import CanBus, CanopenOptions
+from config.options.device_options import DeviceOptions
 from config.options.driver_options import rig_options
+from config.options.plug_in_code import working
 from config.schema.rig import Rig
 
 HEARTBEATS_PER_TIMEOUT = 3  # two of ours may be lost before a device calls us dead
@@ -19,8 +21,13 @@ def proofs(rig: Rig) -> dict[str, bool]:
 
     ConfigError as driver_options.device_options().
     """
-    declared = {name for name, options in rig_options(rig).items() if options.must_prove()}
+    declared = {name for name, options in rig_options(rig).items() if _must_prove(rig.devices[name].driver, options)}
     return {name: device.demand_proof is not False for name, device in rig.devices.items() if device.demand_proof or name in declared}
+
+
+def _must_prove(driver: str, options: DeviceOptions) -> bool:
+    with working(driver, "must_prove()"):
+        return options.must_prove()
 
 
 def our_heartbeat_period_s(rig: Rig, bus: CanBus) -> float:

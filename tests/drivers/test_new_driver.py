@@ -110,15 +110,53 @@ def test_a_driver_that_declares_nothing_is_pointed_out(plug_in: Path) -> None:
             "def model_post_init(self, _):\n        raise KeyError('port')",
             "the class of options of the driver 'gauge' fails: KeyError: 'port'",
         ),
+        (
+            "def input_channels(self, rig):\n        return ['voltage']",
+            "input_channels() of the driver 'gauge' must return a mapping of names to Channel: got ['voltage']",
+        ),
+        (
+            "def output_channels(self, rig):\n        return {'command': 'V'}",
+            "output_channels() of the driver 'gauge' must return a mapping of names to Channel: got {'command': 'V'}",
+        ),
+        ("def output_channels(self, rig):\n        pass", "output_channels() of the driver 'gauge' must return a mapping"),
+        ("def must_prove(self):\n        raise SystemExit(3)", "must_prove() of the driver 'gauge' fails: SystemExit: 3"),
+        ("def warnings(self):\n        return ['port']", "warnings() of the driver 'gauge' must return pairs"),
+        (
+            'span_s: float = quantity("s", "too long", 5.0, high=1)',
+            "the option 'span' of the driver 'gauge' has a default that it refuses: 5.0 s",
+        ),
+        (
+            'span: float = quantity("sec2", "no unit", 1.0)',
+            "the option 'span' of the driver 'gauge' is declared in an unknown unit: 'sec2'",
+        ),
     ],
 )
 def test_code_of_an_options_class_that_fails_is_told_at_its_place(plug_in: Path, fault: str, message: str) -> None:
-    module, following = plug_in / "longreach_gauge.py", "    def address(self)"
-    module.write_text(module.read_text().replace(following, f"    {fault}\n\n{following}", 1))
+    module, following = plug_in / "longreach_gauge.py", "class Memory:"
+    module.write_text(module.read_text().replace(f"\n\n{following}", f"\n    {fault}\n\n\n{following}", 1))
     told = [text for text in complaints(rig_with("{}")) if message in text]
     assert told
     assert told[0].startswith("bench.yaml:")
-    assert f"Mend it at {module}:" in told[0]
+    first = module.read_text().split("\n").index(f"    {fault}".split("\n")[0]) + 1
+    assert any(f"end it at {module}:{line}" in told[0] for line in (first, first + 1))
+
+
+def test_an_address_that_is_none_is_told_at_its_place(plug_in: Path) -> None:
+    module = plug_in / "longreach_gauge.py"
+    module.write_text(module.read_text().replace('return Address(("gauge", self.port), self.unit, "unit")', "return self.port", 1))
+    (told,) = complaints(rig_with("{}"))
+    assert "address() of the driver 'gauge' must return an Address or None: got 'memory'. Mend it at" in told
+
+
+def test_a_module_that_ends_the_command_on_import_is_told_at_its_place(plug_in: Path) -> None:
+    module = plug_in / "longreach_gauge.py"
+    module.write_text(module.read_text().replace("LARGEST_V = 10.0", "raise SystemExit(3)", 1))
+    (told,) = complaints(rig_with("{}"))
+    line = module.read_text().split("\n").index("raise SystemExit(3)") + 1
+    assert (
+        f"the driver 'gauge' cannot be loaded: SystemExit: 3. Its entry point is 'longreach_gauge:Options': mend it at {module}:{line}."
+        in told
+    )
 
 
 def test_a_driver_whose_factory_is_missing_is_told_before_the_daemon_starts(plug_in: Path) -> None:
