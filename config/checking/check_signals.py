@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from config.checking.finding import Finding, error_at, warning_at
-from config.parsing.yaml_tree import YamlTree
-from config.schema.rig import Rig
+from config.parsing.yaml_tree import YamlTree, dotted
+from config.schema.rig import Joint, Rig
 
 
 def check_signals(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
@@ -37,6 +37,20 @@ def _ages(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
         if name.endswith(".position") and rig.devices[signal.device].slow:
             text = f"{name} comes from the slow device {signal.device!r}: the servo will act on old positions"
             yield warning_at(tree, ("signals", name, "device"), text)
+    for name, joint in rig.joints.items():
+        position, driven = f"{name}.position", rig.outputs[name].device
+        old_s, unheard_s = rig.signals[position].max_age_s, rig.devices[driven].timeout_s
+        yield from _blind(tree, ("signals", position, "max_age"), old_s, name, joint, "on a position of that age")
+        yield from _blind(tree, ("devices", driven, "timeout"), unheard_s, name, joint, "before the device makes its output safe")
+
+
+def _blind(tree: YamlTree, path: tuple[str, ...], time_s: float, name: str, joint: Joint, until: str) -> Iterator[Finding]:
+    """What the joint moves while nobody sees or leads it; a following error of that size would have stopped it (5 s meant as 5 ms)."""
+    moved, limit = joint.rate_limit * time_s, joint.following_error_limit
+    if moved > limit * (1 + 1e-9):
+        unit = joint.position_unit
+        text = f"{dotted(path)} is {time_s:g} s: {name} moves up to {moved:.4g} {unit} {until}; following_error_limit is {limit:.4g} {unit}"
+        yield warning_at(tree, path, text)
 
 
 def _commands(rig: Rig, tree: YamlTree) -> Iterator[Finding]:

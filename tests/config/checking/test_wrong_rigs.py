@@ -211,6 +211,16 @@ ODD_DEVICES = [
         "channel: supply",
         r"return_pressure and signals.axis.supply_pressure are one channel, supply of gauges",
     ),
+    (  # 0.2 m/s for 5 s
+        "channel: position",
+        "max_age: 5, channel: position",
+        r"signals.axis.position.max_age is 5 s: axis moves up to 1 m on a position of that age; following_error_limit is 0.02 m",
+    ),
+    (
+        "canopen_valve_408\n    timeout: 60 ms",
+        "canopen_valve_408\n    timeout: 0.6",
+        r"devices.valve.timeout is 0.6 s: axis moves up to 0.12 m before the device makes its output safe; .* 0.02 m",
+    ),
     ("resolution: 25000", "resolution: 25000\n    slow: true", r"devices.encoder.slow: its bus is served by the loop"),
     ("fault_reactions: {89: 2, 75: 2}", "fault_reactions: {89: 2}\n      proof_spool: 0.04", r"opens the spool by 0.04, .* 0.05"),
 ]
