@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from config.checking.finding import Finding, error_at, warning_at
 from config.loading.cross_checks_devices import declared_devices
 from config.loading.stated_units import conversion, stated_units
-from config.options.canopen_options import CanopenOptions
+from config.options.canopen_options import CanopenOptions, EncoderOptions
 from config.options.canopen_rig import HEARTBEATS_PER_TIMEOUT
 from config.options.device_options import Channel, DeviceOptions
 from config.options.driver_options import SHIPPED, factories, rig_names
@@ -17,6 +18,8 @@ from config.readable import number
 from config.schema.rig import Rig
 from config.schema.section import unit_of
 from config.schema.signals import Signal
+
+_CALIBRATED = 0.02  # by more no calibrated scale differs from the one on the encoder's label
 
 
 def check_devices(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
@@ -35,6 +38,7 @@ def check_devices(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
     yield from _shared_channels(rig, tree)
     yield from _outputs(rig, tree, devices)
     yield from _inputs(rig, tree, devices)
+    yield from _resolutions(rig, tree, devices)
 
 
 def _place(options: DeviceOptions) -> str:
@@ -129,6 +133,19 @@ def _inputs(rig: Rig, tree: YamlTree, devices: Mapping[str, DeviceOptions]) -> I
             what = "the joint's travel" if owner in rig.joints else "low to high"
             means = f"counts {channel.low:.6g} to {channel.high:.6g} of {signal.channel} mean {shown(ends)}"
             yield warning_at(tree, path, f"{name}: {means}; {what} is {shown(wanted)}")
+
+
+def _resolutions(rig: Rig, tree: YamlTree, devices: Mapping[str, DeviceOptions]) -> Iterator[Finding]:
+    """What the driver makes sure of when it opens an encoder says what one count is worth, too."""
+    for name, signal in rig.signals.items():
+        options, scale = devices.get(signal.device), abs(signal.calibration.scale)
+        if not (isinstance(options, EncoderOptions) and options.resolution and signal.channel == "position" and scale):
+            continue
+        own, unit = (2 * math.pi / options.resolution, "rad") if signal.measures == "angle" else (1e-9 * options.resolution, "m")
+        if not math.isclose(scale, own, rel_tol=_CALIBRATED):
+            stated = f"devices.{signal.device}.options.resolution, {options.resolution}, makes a count of {name} {own:.6g} {unit}"
+            text = f"{name}: calibration.scale is {scale:.6g} {unit}; {stated}, unless a gear or lever stands between"
+            yield warning_at(tree, ("signals", name, "calibration", "scale"), text)
 
 
 def _shower(tree: YamlTree, owner: str, signal: Signal) -> Callable[[Sequence[float | None]], str]:

@@ -189,6 +189,11 @@ ODDITIES = [
 
 # The same of devices, in the rig with hardware.
 ODD_DEVICES = [
+    (  # in 0.001 um
+        "resolution: 25000",
+        "resolution: 5000",
+        r"axis.position: calibration.scale is 2.5e-05 m; devices.encoder.options.resolution, 5000, makes a count of axis.position 5e-06 m",
+    ),
     ("{scale: 25 um}", "{scale: 0}", r"axis.position: calibration.scale is 0: the value would never change"),
     (
         "{scale: 25 um}",
