@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     output = _output(arguments, loaded)
     unit, difference = _units(signal)
     limits = _limits(arguments, difference)
-    found = calibrated(_points(arguments, signal, unit), limits, difference, f"signals.{arguments.sensor}")
+    found = calibrated(_points(arguments, loaded, unit), limits, difference, f"signals.{arguments.sensor}")
     by = arguments.by or user_and_host()
     shown = scaling(arguments.sensor, signal, stated_units(loaded.text)).shown
     entry = calibration_entry(found, shown, signal.calibration, datetime.date.today(), arguments.valid_days, by)
@@ -120,15 +120,17 @@ def _output(arguments: argparse.Namespace, loaded: LoadedRig) -> Path | None:
     return arguments.output or (Path(loaded.path) if arguments.write else None)
 
 
-def _points(arguments: argparse.Namespace, signal: AnySignal, unit: str) -> list[ReferencePoint]:
+def _points(arguments: argparse.Namespace, loaded: LoadedRig, unit: str) -> list[ReferencePoint]:
     """In the order of --at. All that need the device are read while it is open."""
+    from daemon.cli.devices.known_values import refuse_far_away
     from tuning.sensor_calibration.line_fit import ReferencePoint
 
     asked = [(text.partition("=")[0].strip(), text.partition("=")[2].strip()) for text in arguments.at]
     values = [_stated(value, unit) for value, _ in asked]
+    refuse_far_away(loaded, arguments.sensor, arguments.at, values)
     if all(counts for _, counts in asked):
         return [ReferencePoint(value, _stated(counts, "")) for value, (_, counts) in zip(values, asked, strict=True)]
-    return _read(arguments, signal, values, asked)
+    return _read(arguments, loaded.rig.signals[arguments.sensor], values, asked)
 
 
 def _stated(text: str, unit: str, option: str = "--at") -> float:

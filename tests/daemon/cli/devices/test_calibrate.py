@@ -90,6 +90,7 @@ def test_without_write_nothing_is_changed(rig: Path, capsys: pytest.CaptureFixtu
         (["--at", "12 in=sixty", "--at", "36 in=30000", "--write"], "not a number"),
         (["--at", "12 in", "--at", "36 in", "--reference-uncertainty", "1 bar", "--write"], "--reference-uncertainty: wrong kind of unit"),
         (["--at", "12 in", "--at", "36 in", "--noise-limit=-1 mm", "--write"], "--noise-limit: a limit is never negative"),
+        (["--at", "12 in", "--at", "36 ft", "--write"], "the known value '36 ft' lies far outside what prismatic.position can be: 432 in"),
     ],
 )
 def test_a_refusal_leaves_the_file_as_it_was(rig: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -135,3 +136,16 @@ def test_the_record_is_in_the_unit_in_which_the_file_states_the_signal(tmp_path:
     assert "calibration: {scale: 0.18 degF, offset: 32 degF, calibrated_on:" in mine.read_text()
     calibration = load_rig(mine).rig.signals[OIL].calibration
     np.testing.assert_allclose([calibration.scale, calibration.offset], [0.1, 0.0], atol=1e-9)
+
+
+def test_a_known_value_without_its_unit_is_refused_with_the_unit_of_the_file(
+    rig: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """36 is 36 m = 1417 in; the range of the signal is 11.5 to 60.5 in. With the units the next command does what was meant."""
+    words = ["--at", "0=60000", "--at", "12=36000", "--at", "36=12000", "--write"]
+    before = rig.read_text()
+    assert calibrate(rig, *words) == 2
+    said = capsys.readouterr().err
+    assert "the known value '36' lies far outside what prismatic.position can be: 1417 in (limit: 11.5 to 60.5 in)" in said
+    assert "--at '0 in=60000' --at '12 in=36000' --at '36 in=12000' --write" in said.splitlines()[-1]
+    assert rig.read_text() == before
