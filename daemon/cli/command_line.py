@@ -62,7 +62,7 @@ def run(words: Sequence[str]) -> int:
         return EXIT_REFUSED
     except KeyboardInterrupt as ended:
         with suppress(OSError):  # the terminal may be gone
-            print(f"interrupted{DAEMON_GOES_ON if asks_daemon(arguments) else ''}", file=sys.stderr)
+            print(f"interrupted{_left_behind(arguments)}", file=sys.stderr)
         return 128 + (ended.number if isinstance(ended, Ended) else signal.SIGINT)
     except Exception as error:
         if TRACEBACK in os.environ:
@@ -72,6 +72,11 @@ def run(words: Sequence[str]) -> int:
         return refusal.exit_status
     finally:
         close_output()
+
+
+def _left_behind(arguments: argparse.Namespace) -> str:
+    """What is true of the rig after a command that had to do with a daemon; some clean up after themselves (`when_interrupted`)."""
+    return getattr(arguments, "when_interrupted", DAEMON_GOES_ON) if asks_daemon(arguments) else ""
 
 
 @contextmanager

@@ -23,6 +23,7 @@ Walks through the commissioning of a rig: rig file, stop, sensors, proof of the 
 a stop in motion, identification, design, the first shaped move, the gap. It asks before each motion. What passed is kept in --out and not
 made again while the rig file stays the same. Exit 1 when a step does not pass.
 """
+_AT_REST = "; a run was brought to rest and the arm disarmed: the same command goes on with this step"
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +45,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--identify", choices=("payload", "map"), default="map", help="one move, or small moves over the travel (default)")
     parser.add_argument("--effort", type=COUNT, default=25, help="generations of the compensator's search (default 25)")
     add_json_option(parser)
-    parser.set_defaults(run_command=_commission)
+    parser.set_defaults(run_command=_commission, when_interrupted=_AT_REST)
 
 
 def _commission(arguments: argparse.Namespace) -> int:
@@ -63,8 +64,7 @@ def _commission(arguments: argparse.Namespace) -> int:
     if arguments.list:
         return _list(arguments, commissioning)
     if not (arguments.yes or sys.stdin.isatty()):
-        advice = "Run it on a terminal, or with --yes."
-        raise UsageError("nobody can be asked before motion", where="commission", next_step=advice, mend={"--yes": ""})
+        raise _nobody_to_ask(arguments.simulated, loaded)
     folder.mkdir(parents=True, exist_ok=True)
     with _bench(arguments, loaded, folder) as bench:
         context = Context(loaded, bench, folder, _asker(arguments.yes), _tell, arguments.maneuver, arguments.shaper, arguments.effort,
@@ -72,6 +72,17 @@ def _commission(arguments: argparse.Namespace) -> int:
         failed = walk(context, commissioning, arguments.until, arguments.again)
     _report(arguments, commissioning, failed, write_page(commissioning, loaded.text))
     return EXIT_REFUSED if failed else 0
+
+
+def _nobody_to_ask(simulated: bool, loaded: LoadedRig) -> UsageError:
+    """--yes would say that the pressure is off and that a joint moved as it should: it is proposed where nothing can move."""
+    what, advice = "nobody can be asked before motion", "Run it on a terminal"
+    if simulated or all(device.driver == "sim" for device in loaded.rig.devices.values()):
+        return UsageError(what, where="commission", next_step=f"{advice}, or with --yes.", mend={"--yes": ""})
+    if loaded.rig.plant is None:
+        return UsageError(what, where="commission", next_step=f"{advice}.")
+    advice += ", or the simulated rig with --simulated --yes."
+    return UsageError(what, where="commission", next_step=advice, mend={"--simulated": "", "--yes": ""})
 
 
 def _report(arguments: argparse.Namespace, commissioning: Any, failed: Any, page: Path) -> None:

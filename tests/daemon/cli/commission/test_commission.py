@@ -13,16 +13,18 @@ import pytest
 
 from config.loading.load import find, load_rig
 from daemon.cli.commission.at_rest import sensors, stops
-from daemon.cli.commission.bench import LockstepBench
+from daemon.cli.commission.bench import DaemonBench, LockstepBench
 from daemon.cli.commission.context import Context
 from daemon.cli.commission.identified import identification
 from daemon.cli.commission.moving import polarity, stop_in_motion
 from daemon.cli.commission.record import FILE, Commissioning, Outcome, record_of
 from daemon.cli.commission.steps import NAMES
 from daemon.cli.commission.tuned import SHAPED_MOVE, first_shaped_move, gap, servo_design
+from daemon.cli.connection import OperatorClient
 from daemon.cli.main import main
 from recording.files.reader import read_log
 from servo_control.signals import Mode
+from tests.support.config.bench_rigs import DEVICES
 from tests.support.static_page import opened, outside_links
 
 
@@ -195,10 +197,45 @@ def test_records_that_are_none_and_steps_that_are_none_are_refused(tmp_path: Pat
     assert "of another rig" in capsys.readouterr().err
 
 
-def test_nobody_to_ask_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("words", "text", "following"),
+    [
+        ([], load_rig("ornl_testbed").text, "commission {rig} --out {out} --yes"),
+        (["--simulated"], load_rig("ornl_testbed_can").text, "commission {rig} --simulated --out {out} --yes"),
+        ([], load_rig("ornl_testbed_can").text, "commission {rig} --out {out} --simulated --yes"),
+        ([], DEVICES, "commission --help"),
+    ],
+    ids=["simulated devices", "simulated", "real devices", "no plant"],
+)
+def test_nobody_to_ask_is_refused_and_yes_is_for_the_simulation_alone(
+    words: list[str], text: str, following: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a rig --yes would say that the pressure is off."""
     monkeypatch.setattr("sys.stdin", (tmp_path / "empty").open("w+"))
-    assert main(["commission", str(rig_copy(tmp_path)), "--simulated", "--out", str(tmp_path / "out")]) == 2
-    assert "nobody can be asked before motion" in capsys.readouterr().err
+    rig, out = tmp_path / "bench.yaml", tmp_path / "out"
+    rig.write_text(text)
+    assert main(["commission", str(rig), *words, "--out", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert "nobody can be asked before motion" in said
+    assert said.splitlines()[-1] == f"next: longreach {following.format(rig=rig, out=out)}"
+
+
+def test_after_ctrl_c_it_says_that_the_arm_is_at_rest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And not that the daemon's motion goes on, which is stopped by then."""
+
+    def interrupted(self: object, rig: object, client: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(DaemonBench, "__init__", interrupted)
+    monkeypatch.setattr(OperatorClient, "__init__", lambda *_, **__: None)
+    monkeypatch.setattr(OperatorClient, "__enter__", lambda client: client)
+    monkeypatch.setattr(OperatorClient, "__exit__", lambda *_: None)
+    assert main(["commission", str(rig_copy(tmp_path)), "--yes", "--out", str(tmp_path / "out")]) == 130
+    said = capsys.readouterr().err
+    assert said.startswith("interrupted; a run was brought to rest and the arm disarmed")
+    assert "longreach stop" not in said
 
 
 def test_a_no_moves_nothing(tmp_path: Path) -> None:
