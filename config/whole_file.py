@@ -47,10 +47,10 @@ def free_name(path: Path) -> Path:
     return next(name for k in count(2) if not (name := path.with_name(f"{path.stem}-{k}{path.suffix}")).exists())
 
 
-def refuse_existing(path: Path, what: str, advice: str, name: Path | None = None) -> None:
-    """UsageError where a file is there that would be lost; a free name for -o (`name`, where it names several) goes with it."""
+def refuse_existing(path: Path, what: str, advice: str, name: Path | None = None, option: str = "-o") -> None:
+    """UsageError where a file is there that would be lost; a free name for `option` (`name`, where it names several) goes with it."""
     if path.exists():
-        raise UsageError(f"the {what} exists already", where=str(path), next_step=advice, mend={"-o": str(free_name(name or path))})
+        raise UsageError(f"the {what} exists already", where=str(path), next_step=advice, mend={option: str(free_name(name or path))})
 
 
 def refuse_unwritable(folder: Path) -> None:

@@ -57,8 +57,7 @@ def _identify(arguments: argparse.Namespace) -> int:
     source = "logs" if arguments.log else "rig" if arguments.on_rig else "simulated"
     found = identify(_logs(arguments, progress), progress)
     by = arguments.by or user_and_host()
-    today = datetime.date.today()
-    record = arguments.out / f"{found.rig.name}-{today}.yaml"
+    record, today = _record(arguments, found.rig.name), datetime.date.today()
     write_record(found, record, by, source, today, arguments.valid_days)
     written = [record, write_results(found, arguments.out / "results.json"), *write_pictures(found, arguments.out)]
     if arguments.json:
@@ -68,6 +67,15 @@ def _identify(arguments: argparse.Namespace) -> int:
     if load_record(record).link is not None:
         print(f"next: write this line into the rig file, then `longreach check` it:\n  identified: {{record: {record}}}")
     return 0
+
+
+def _record(arguments: argparse.Namespace, rig_name: str) -> Path:
+    """Where the calibration record goes; a rig file may refer to the one of this morning. UsageError where it is there."""
+    from config.whole_file import refuse_existing
+
+    record = arguments.out / f"{rig_name}-{datetime.date.today()}.yaml"
+    refuse_existing(record, "calibration record", "Give this one a folder of its own with --out.", arguments.out, "--out")
+    return Path(record)
 
 
 def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
@@ -80,6 +88,7 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
         return list(arguments.log)
     loaded = load_rig(arguments.rig)
     wanted = experiments(loaded.rig, _campaign(arguments, loaded))
+    _record(arguments, loaded.rig.name)  # now, not after an hour of runs
     if arguments.on_rig:
         needed = must_ring(loaded.rig, arguments.what)
         if needed:
@@ -110,7 +119,7 @@ def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
     if loaded.rig.arm.kind == "single_axis" and (arguments.extensions or arguments.payloads):
         advice, mend = "Leave --extensions and --payloads out.", dict.fromkeys(("--extensions", "--payloads"))
         raise UsageError("a single axis has no link", where=loaded.path, next_step=advice, mend=mend)
-    low, high = _list(arguments.band, "Hz", "--band", 2) if arguments.band else usual.band_Hz
+    band = _band(arguments.band) if arguments.band else usual.band_Hz
     return replace(
         usual,
         joint=joint,
@@ -118,9 +127,17 @@ def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:
         places=_list(arguments.extensions, "m", "--extensions") or usual.places,
         temperatures_C=_list(arguments.temperatures, "degC", "--temperatures"),
         payloads_kg=_list(arguments.payloads, "kg", "--payloads"),
-        band_Hz=(low, high),
+        band_Hz=band,
         realisations=arguments.realisations,
     )
+
+
+def _band(text: str) -> tuple[float, float]:
+    low, high = _list(text, "Hz", "--band", 2)
+    if not 0.0 < low < high:
+        advice, mend = "Write the lower frequency first, above 0.", {"--band": f"{high:g} Hz, {low:g} Hz" if 0.0 < high < low else None}
+        raise UsageError("no band", value=text, where="--band", next_step=advice, mend=mend)
+    return low, high
 
 
 def _list(text: str | None, unit: str, option: str, count: int | None = None) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 from pathlib import Path
 from typing import Any
@@ -108,6 +109,19 @@ def test_a_single_axis_is_identified_from_its_log(tmp_path: Path, capsys: pytest
     assert load_record(Path(answer["record"])).joints[0].extension_m is None
     assert main(["identify", "force_axis", "--out", str(tmp_path)]) == 1
     assert "longreach identify --log" in capsys.readouterr().err
+    record = Path(answer["record"])
+    record.write_text("mine")
+    assert main(["identify", "--log", str(log), "--out", str(tmp_path)]) == 2
+    assert capsys.readouterr().err.splitlines()[-1] == f"next: longreach identify --log {log} --out {tmp_path}-2"
+    assert record.read_text() == "mine"
+
+
+def test_a_record_of_the_same_day_is_refused_before_any_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    record = tmp_path / f"ornl_testbed-{datetime.date.today()}.yaml"
+    record.write_text("mine")
+    assert main(["identify", "--what", "payload", "--out", str(tmp_path)]) == 2
+    assert "the calibration record exists already" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == [record.name], "no log: nothing has run"
 
 
 def test_the_summary_is_in_the_units_of_the_rig_file_and_leaves_out_what_was_not_seen() -> None:
@@ -150,6 +164,8 @@ def test_shape_recommends_from_the_record(out: Path, tmp_path: Path, capsys: pyt
     [
         (("--amplitudes", "1 m"), "--amplitudes is a list of quantities in V"),
         (("--joint", "elbow"), "unknown joint"),
+        (("--band", "5 Hz, 1 Hz"), "--band '1 Hz, 5 Hz'"),
+        (("--band", "0 Hz, 5 Hz"), "--band: no band: 0 Hz, 5 Hz. Write the lower frequency first, above 0."),
         (("--on-rig", "--payloads", "0 lb"), "cannot be set by command"),
         (("--log", "nothing.mcap"), "the log cannot be opened"),
     ],
