@@ -11,6 +11,7 @@ from config.parsing.yaml_tree import YamlTree
 from config.schema.effect_library import PROBLEMS
 from config.schema.plant import Plant
 from config.schema.rig import Rig
+from config.schema.section import unit_of
 
 
 def check_plant(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
@@ -32,8 +33,9 @@ def _counts(rig: Rig, plant: Plant, tree: YamlTree) -> Iterator[Finding]:
             continue
         sensor, scale = plant.sensors.get(signal.channel), signal.calibration.scale
         if sensor is not None and not math.isclose(scale, sensor.resolution, rel_tol=1e-6):
-            resolution = f"plant.sensors.{signal.channel}.resolution, {sensor.resolution:.6g}"
-            text = f"{name}: calibration.scale, {scale:.6g}, is not the simulated count, {resolution}"
+            unit = unit_of(type(signal.calibration).model_fields["scale"])
+            resolution = f"plant.sensors.{signal.channel}.resolution, {sensor.resolution:.6g} {unit}"
+            text = f"{name}: calibration.scale, {scale:.6g} {unit}, is not the simulated count, {resolution}"
             yield error_at(tree, ("signals", name, "calibration", "scale"), text)
 
 

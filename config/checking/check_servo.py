@@ -84,12 +84,12 @@ def _crossover(rig: Rig, tree: YamlTree, name: str) -> Iterator[Finding]:
     path = ("servo", name, "gain")
     constant = abs(rig.servo[name].gain) * sizes.full_speed / sizes.full_scale_V
     crossover = _last_crossing(rig.servo[name], constant)
-    natural = 2 * math.pi * sizes.natural_frequency_Hz
-    per_V = f"gain {rig.servo[name].gain:.4g} V/{sizes.unit} times {sizes.full_speed / sizes.full_scale_V:.3g} {sizes.unit}/s per volt"
-    text = f"servo.{name}: {per_V} is a velocity constant of {constant:.3g} 1/s"
-    text += f" and crosses over at {crossover:.3g} rad/s" if rig.servo[name].sections else ""
-    if crossover > natural:
-        yield warning_at(tree, path, f"{text}, above the natural frequency of mass and oil, {natural:.3g} rad/s: unstable")
+    per_V = f"gain {rig.servo[name].gain:.4g} V/{sizes.unit} times {sizes.full_speed / sizes.full_scale_V:.3g} {sizes.unit}/s/V"
+    crossover_Hz = crossover / (2 * math.pi)  # not in rad/s, which would be shown as the deg/s in which a joint is stated
+    text = f"servo.{name}: {per_V} is a velocity constant of {constant:.3g} 1/s and crosses over at {crossover_Hz:.3g} Hz"
+    if crossover_Hz > sizes.natural_frequency_Hz:
+        limit = f"the natural frequency of mass and oil, {sizes.natural_frequency_Hz:.3g} Hz"
+        yield warning_at(tree, path, f"{text}, above {limit}: unstable")
     if 1.5 * crossover / rig.loop.rate_Hz > LOST_PHASE_RAD:
         lost_deg = math.degrees(1.5 * crossover / rig.loop.rate_Hz)
         yield warning_at(tree, path, f"{text}; the loop at {rig.loop.rate_Hz:g} Hz loses {lost_deg:.0f} deg of phase there")

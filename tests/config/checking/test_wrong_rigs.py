@@ -144,12 +144,16 @@ ODDITIES = [
     ("gain: 60 V/m", "gain: 0 V/m", r"servo.axis.gain is 0 V/m: nothing holds the joint"),
     ("velocity_feedforward: 8", "velocity_feedforward: -8", r"velocity_feedforward is -8 V\*s/m, the gain 60 V/m: one drives against"),
     ("velocity_filter: 50 Hz", "velocity_filter: 800 Hz", r"velocity_filter is 800 Hz, above half the loop's rate, 500 Hz"),
-    ("gain: 60 V/m", "gain: 60000 V/m", r"velocity constant of 3.68e\+03 1/s, above the natural frequency of mass and oil, 386 rad/s"),
-    ("gain: 60 V/m", "gain: 6000 V/m", r"velocity constant of 368 1/s; the loop at 1000 Hz loses 32 deg of phase"),
+    ("gain: 60 V/m", "gain: 60000 V/m", r"3.68e\+03 1/s and crosses over at 585 Hz, above the natural frequency of mass and oil, 61.4 Hz"),
+    (
+        "gain: 60 V/m",
+        "gain: 6000 V/m",
+        r"velocity constant of 368 1/s and crosses over at 58.5 Hz; the loop at 1000 Hz loses 32 deg of phase",
+    ),
     (  # |1 + 363j/20| / |1 + 363j/2| = 0.1001: that of a gain of 368 1/s
         "gain: 60 V/m",
         "gain: 60000 V/m\n    sections: [{zero: 20 rad/s, pole: 2 rad/s}]",
-        r"3.68e\+03 1/s and crosses over at 363 rad/s; the loop at 1000 Hz loses 31 deg",
+        r"3.68e\+03 1/s and crosses over at 57.8 Hz; the loop at 1000 Hz loses 31 deg",
     ),
     (
         "  supply: {pressure: 10 MPa, return_pressure: 0.1 MPa}",
