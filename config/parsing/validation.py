@@ -64,6 +64,7 @@ def _problem(error: ErrorDetails, annotation: Any, tree: YamlTree) -> Problem:
         "literal_error": _wrong_word,
         "string_pattern_mismatch": _wrong_name,
         "unit": _wrong_quantity,
+        "against": _against_another,
     }.get(kind, _wrong_value)
     return describe(error, place, tree)
 
@@ -153,10 +154,8 @@ def _what_fits(path: tuple[str | int, ...], place: SchemaKey, tree: YamlTree) ->
 
 def _out_of_range(place: SchemaKey, tree: YamlTree) -> Problem:
     written = tree.value(place.path)
-    unit = _unit(place)
-    shown = str(written) if written_unit(written) or not unit else f"{written} {unit}"
     limit, mend = _allowed(place, written_unit(written)), _nearest_bound(place, written)
-    return tree.problem(place.path, f"{dotted(place.path)} is out of range", value=shown, limit=limit, mend=mend)
+    return tree.problem(place.path, f"{dotted(place.path)} is out of range", value=_with_unit(written, place), limit=limit, mend=mend)
 
 
 def _nearest_bound(place: SchemaKey, written: Any) -> Mend:
@@ -168,6 +167,18 @@ def _nearest_bound(place: SchemaKey, written: Any) -> Mend:
         return {}
     bound = low if low is not None and value < low else high
     return {} if bound is None else {dotted(place.path): f"{bound:.6g} {unit}".rstrip()}
+
+
+def _against_another(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:
+    other = tree.value((*place.path[:-1], error["ctx"]["other"]))
+    limit = error["ctx"]["stored"] if other is None else _with_unit(other, place)
+    return tree.problem(place.path, f"{dotted(place.path)}: {error['msg']}", value=_with_unit(tree.value(place.path), place), limit=limit)
+
+
+def _with_unit(written: Any, place: SchemaKey) -> str:
+    """As it is written; a bare number with the unit in which it is taken."""
+    unit = "" if isinstance(written, list) or written_unit(written) else _unit(place)
+    return f"{written} {unit}".rstrip()
 
 
 def _wrong_value(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from config.schema.section import Section, quantity
+from config.schema.section import Section, against, quantity, yaml_key
 
 
 class EndPoint(Section):
@@ -57,5 +57,6 @@ class EndPoint(Section):
         begin_key = {"off_above_Hz": "full_below_Hz", "lead_full_Hz": "lead_from_Hz"}[info.field_name or ""]
         begin = info.data.get(begin_key)
         if begin is not None and end <= begin:
-            raise ValueError(f"must be above {begin_key.removesuffix('_Hz')} ({begin:g} Hz)")
+            key = yaml_key(begin_key)
+            raise against(f"must be above {key}", key, f"{begin:g} Hz")
         return end

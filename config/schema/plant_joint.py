@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Tag, ValidationInfo, field_validator
 
-from config.schema.section import Section, chosen_by, quantity
+from config.schema.section import Section, against, chosen_by, quantity
 
 
 class Valve(Section):
@@ -51,7 +51,7 @@ class PlantJoint(Section):
     def _initial_inside(cls, initial: float, info: ValidationInfo) -> float:
         travel = info.data.get("travel")
         if travel and not travel[0] <= initial <= travel[1]:
-            raise ValueError(f"the start position must lie within the mechanical travel {list(travel)}")
+            raise against("the start position must lie within the mechanical travel", "travel", str(list(travel)))
         return initial
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import ValidationInfo, field_validator
 
 from config.schema.effect_entry import READING, PlacedSection, quantity_by_place
-from config.schema.section import quantity
+from config.schema.section import against, quantity
 
 VALUE = {**READING, "temperature": "degC"}
 
@@ -26,5 +26,5 @@ class Sensor(PlacedSection):
     def _range_ordered(cls, high: float, info: ValidationInfo) -> float:
         low, unit = info.data.get("low"), VALUE.get(info.data.get("quantity_kind", ""))
         if low is not None and unit and low >= high:  # without a unit the place is the mistake, and the numbers are stand-ins
-            raise ValueError(f"high must be above low ({low:g} {unit})")
+            raise against("high must be above low", "low", f"{low:g} {unit}")
         return high

@@ -10,7 +10,7 @@ from pydantic import Field, Tag, ValidationInfo, field_validator, model_validato
 from config.schema.end_point import EndPoint
 from config.schema.plant import Plant
 from config.schema.plausibility import Plausibility
-from config.schema.section import Section, chosen_by, quantity, unit_of
+from config.schema.section import Section, against, chosen_by, quantity, unit_of, yaml_key
 from config.schema.servo import AnyServo
 from config.schema.signals import AnySignal, with_inferred
 
@@ -180,9 +180,11 @@ class Interlocks(Section):
     @field_validator("supply_pressure_max_Pa", "oil_temperature_max_C")
     @classmethod
     def _above_its_minimum(cls, largest: float | None, info: ValidationInfo) -> float | None:
-        smallest = info.data.get(str(info.field_name).replace("_max_", "_min_"))
+        name = str(info.field_name)
+        smallest = info.data.get(name.replace("_max_", "_min_"))
         if largest is not None and smallest is not None and smallest >= largest:
-            raise ValueError(f"the maximum must be above the minimum ({smallest:g} {unit_of(cls.model_fields[str(info.field_name)])})")
+            stored = f"{smallest:g} {unit_of(cls.model_fields[name])}"
+            raise against("the maximum must be above the minimum", yaml_key(name).replace("_max", "_min"), stored)
         return largest
 
 

@@ -68,6 +68,12 @@ def quantity(unit: str, description: str, default: Any = ..., *, low: float | No
     return Field(default, ge=low, le=high, description=description, json_schema_extra={"unit": unit})
 
 
+def against(what: str, other: str, stored: str) -> PydanticCustomError:
+    """What a validator raises where the key `other` of the same section forbids the value: the loader shows that one as it is written,
+    and as `stored` where the file leaves it out."""
+    return PydanticCustomError("against", "{what}", {"what": what, "other": other, "stored": stored})
+
+
 def inferred(description: str) -> Any:
     """Declare a key that the loader fills in from elsewhere in the file and that a user must not write."""
     return Field(description=description, json_schema_extra={"inferred": True})

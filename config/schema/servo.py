@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag, ValidationInfo, field_validator
 
 from config.schema.oil_compensation import LinearOilCompensation, RotaryOilCompensation
-from config.schema.section import Section, chosen_by, inferred, quantity
+from config.schema.section import Section, against, chosen_by, inferred, quantity
 
 
 class LagLeadSection(Section):
@@ -36,7 +36,7 @@ class LinkNotchRange(Section):
     def _ramp_upwards(cls, end: float, info: ValidationInfo) -> float:
         begin = info.data.get("none_below_Hz")
         if begin is not None and end <= begin:
-            raise ValueError(f"must be above none_below ({begin:g} Hz)")
+            raise against("must be above none_below", "none_below", f"{begin:g} Hz")
         return end
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag, ValidationInfo, field_validator
 
-from config.schema.section import Section, chosen_by, inferred, quantity, unit_of
+from config.schema.section import Section, against, chosen_by, inferred, quantity, unit_of
 from config.signal_names import signal_measures
 
 
@@ -51,7 +51,7 @@ class Signal(Section):
     def _range_ordered(cls, high: float | None, info: ValidationInfo) -> float | None:
         low = info.data.get("low")
         if high is not None and low is not None and low >= high:
-            raise ValueError(f"high must be above low ({low:g} {unit_of(cls.model_fields['high'])})")
+            raise against("high must be above low", "low", f"{low:g} {unit_of(cls.model_fields['high'])}")
         return high
 
 

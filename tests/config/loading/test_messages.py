@@ -84,7 +84,11 @@ ONE_PROBLEM = {
     ),
     "low above high": (
         ("high: 49 in", "high: -2 in"),
-        "x.yaml:26:11: signals.axis.position.high: high must be above low (-0.0254 m): got '-2 in'",
+        "x.yaml:26:11: signals.axis.position.high: high must be above low: -2 in (limit: -1 in)",
+    ),
+    "a pressure above its maximum, which is a bare number": (
+        ("1500 psi", "1500 psi\n  supply_pressure_max: 900"),
+        "x.yaml:35:24: interlocks.supply_pressure_max: the maximum must be above the minimum: 900 Pa (limit: 1500 psi)",
     ),
     "too many entries": (
         ("[0 in, 48 in]", "[0, 1, 2]"),

@@ -62,7 +62,7 @@ def test_the_unchanged_file_loads() -> None:
         (
             "low: -1 in, high: 50 in",
             "low: 50 in, high: 50 in",
-            "x.yaml:33:58: plant.sensors.axis.position.high: high must be above low (1.27 m)",
+            "x.yaml:33:58: plant.sensors.axis.position.high: high must be above low: 50 in (limit: 50 in)",
         ),
         ("actuator: force", "actuator: forc", "x.yaml:31:22: plant.joints.axis.actuator cannot be 'forc': nearest is 'force'. "),
     ],
