@@ -168,8 +168,10 @@ class _Pace:
         joint = ground.joints[j]
         v = joint.rate if speed is None else in_joint_units(speed, joint, "/s", f"{where}, speed")
         a = joint.acceleration if acceleration is None else in_joint_units(acceleration, joint, "/s^2", f"{where}, acceleration")
-        if v <= 0.0 or a <= 0.0:
-            raise ManeuverError("speed and acceleration must be above 0", value=f"{v:g}, {a:g}", where=where)
+        for word, value, per in (("speed", v, "/s"), ("acceleration", a, "/s^2")):
+            if value <= 0.0:
+                what, unit = f"the {word} of {joint.name} must be above 0", joint.unit + per
+                raise ManeuverError(what, value=f"{value:g}", unit=unit, where=where, next_step="Its sign comes from the way.")
         self.speeds = _with(tuple(limits.rate for limits in ground.joints), j, v)
         self.accelerations = _with(tuple(limits.acceleration for limits in ground.joints), j, a)
 

@@ -42,20 +42,27 @@ def program_volts(pieces: Sequence[Piece], joints: Sequence[JointLimits], period
 
 
 def check_program(pieces: Sequence[Piece], joints: Sequence[JointLimits], period_s: float, where: str, next_step: str) -> None:
-    """Raises ManeuverError for the first cycle outside a limit. `next_step` is the advice for a position outside the travel."""
-    for t, (positions, rates, accelerations, _volts) in samples(pieces, period_s):
+    """Raises ManeuverError for the first cycle outside a limit, and then for where that joint is furthest outside its travel: how much too
+    far a way goes does not show where it crosses the limit. `next_step` is the advice for a position outside the travel."""
+    each = samples(pieces, period_s)
+    for t, (positions, rates, accelerations, _volts) in each:
         for j, joint in enumerate(joints):
-            check_position(joint, positions[j], t, where, next_step)
+            if _outside(joint, positions[j]) > 0.0:
+                _check_furthest(joint, [(t, positions[j]), *((later, found[0][j]) for later, found in each)], where, next_step)
             _check_slope(joint, "rate", rates[j], joint.rate, "/s", t, where)
             _check_slope(joint, "acceleration", accelerations[j], joint.acceleration, "/s^2", t, where)
 
 
+def _check_furthest(joint: JointLimits, positions: Sequence[tuple[float, float]], where: str, next_step: str) -> None:
+    t, furthest = max(positions, key=lambda at: _outside(joint, at[1]))
+    check_position(joint, furthest, t, where, next_step)
+
+
 def check_position(joint: JointLimits, position: float, t: float, where: str, next_step: str) -> None:
     """Raises ManeuverError when a joint would leave its travel at time t of the program."""
-    low, high = joint.travel
-    margin = 1e-9 * (high - low)
-    if low - margin <= position <= high + margin:
+    if _outside(joint, position) <= 0.0:
         return
+    low, high = joint.travel
     below = position < low
     raise ManeuverError(
         f"{'extension' if joint.name == 'prismatic' else joint.name + ' position'} {joint.show(position)} at t = {t:.2f} s is "
@@ -63,6 +70,12 @@ def check_position(joint: JointLimits, position: float, t: float, where: str, ne
         where=where,
         next_step=next_step,
     )
+
+
+def _outside(joint: JointLimits, position: float) -> float:
+    """How far outside its travel; negative inside."""
+    low, high = joint.travel
+    return max(low - position, position - high) - 1e-9 * (high - low)
 
 
 def check_band(maneuver: Mapping[str, Any], rig: Rig) -> None:

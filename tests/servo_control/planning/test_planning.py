@@ -49,7 +49,10 @@ def test_line_too_long_for_the_arm(rig: Rig) -> None:
 REFUSED = [
     (_line(0.4, speed=1.0, acceleration=20.0), "rotary acceleration at t = "),
     (_line(0.4, speed=0.9, moves=[0.9, -0.9], acceleration=2.54), "rotary rate at t = "),
-    (content("jog", joint="rotary", by="100 deg"), "rotary position 1.5"),
+    (
+        content("jog", joint="rotary", by="100 deg"),
+        "rotary position 1.7453 rad (100.00°) at t = 8.",
+    ),  # the end, not where it leaves the travel
     (content("jog", joint="elbow", by=0.1), "no such joint: elbow (limit: rotary, prismatic)"),
     (content("jog", joint="prismatic", by="20 deg"), "test, by: wrong kind of unit for the joint prismatic: 0.349066 rad (limit: m)"),
     (content("jog", joint="rotary", by="60 deg", speed="100 deg/s"), "rotary rate at t = "),
@@ -61,7 +64,8 @@ REFUSED = [
     ),
     (content("staircase", joint="rotary", on="command", step="2 V", steps=3), "above the command limit: 6 V (limit: 5 V)"),
     (content("multisine", joint="rotary", amplitude="1 deg", **{"from": 0.11, "to": 0.19}, period=10), "no line"),
-    (content("joint_steps", steps=[{"joint": "rotary", "by": 0.1, "speed": -1.0}]), "must be above 0"),
+    (content("joint_steps", steps=[{"joint": "rotary", "by": 0.1, "speed": -1.0}]), "the speed of rotary must be above 0: -1 rad/s."),
+    (content("jog", joint="rotary", by=0.1, speed="-2 deg/s"), "the speed of rotary must be above 0: -0.0349066 rad/s."),
     (
         content("slow_triangle", joint="rotary", on="command", amplitude="0.3 V", rate="0 V/s"),
         "test, rate: a triangle needs a slope: 0 V/s (limit: > 0 V/s)",
