@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from config.errors import ConfigError, Refusal
+from config.stated_sentences import Conversion
 from tuning.arrays import Floats
 
 LEAST_COUNTS = 100  # between the outermost points: rounding then turns the scale by less than 1 %
@@ -69,8 +70,8 @@ class SensorCalibration:
         return max(map(abs, self.residuals))
 
 
-def calibrated(points: Sequence[ReferencePoint], limits: Limits, unit: str, where: str) -> SensorCalibration:
-    """The calibration. ConfigError, with every reason, when noise, residual or the points themselves do not allow one."""
+def calibrated(points: Sequence[ReferencePoint], limits: Limits, shown: Conversion, where: str) -> SensorCalibration:
+    """The calibration. ConfigError, with every reason as values are `shown`, when noise, residual or the points do not allow one."""
     _refuse([*_of_points(points, where)], where)
     values = np.array([point.value for point in points])
     counts = np.array([point.counts for point in points])
@@ -83,7 +84,7 @@ def calibrated(points: Sequence[ReferencePoint], limits: Limits, unit: str, wher
     known = noise**2 + limits.reference**2 + scale**2 / 12.0
     uncertainty = _expanded(counts, residuals, known, limits.reference)
     found = SensorCalibration(tuple(points), float(scale), float(offset), tuple(map(float, residuals)), float(noise), uncertainty)
-    _refuse([*_of_line(found, limits, unit, where)], where)
+    _refuse([*_of_line(found, limits, shown, where)], where)
     return found
 
 
@@ -121,20 +122,21 @@ def _of_points(points: Sequence[ReferencePoint], where: str) -> Iterator[Refusal
         )
 
 
-def _of_line(found: SensorCalibration, limits: Limits, unit: str, where: str) -> Iterator[Refusal]:
+def _of_line(found: SensorCalibration, limits: Limits, shown: Conversion, where: str) -> Iterator[Refusal]:
+    unit, factor, zero = shown
     noise_limit = NOISE_SHARE * found.span if limits.noise is None else limits.noise
     residual_limit = RESIDUAL_SHARE * found.span if limits.residual is None else limits.residual
     for point in found.points:
         noise = abs(found.scale) * point.sd
         if noise > noise_limit:
-            what = f"the readings at {point.value:.6g} {unit} are too noisy (standard deviation)"
+            what = f"the readings at {factor * point.value + zero:.6g} {unit} are too noisy (standard deviation)"
             advice = "Hold the joint still, check shield and earth, or allow more with --noise-limit."
-            yield Refusal(what, f"{noise:.3g}", f"{noise_limit:.3g}", unit, where, advice)
+            yield Refusal(what, f"{factor * noise:.3g}", f"{factor * noise_limit:.3g}", unit, where, advice)
     for point, residual in zip(found.points, found.residuals, strict=True):
         if abs(residual) > residual_limit:
-            what = f"the point {point.value:.6g} {unit} lies off the line of the others"
+            what = f"the point {factor * point.value + zero:.6g} {unit} lies off the line of the others"
             advice = "Is a known value wrong, did the counts wrap, is the sensor not linear? Else allow more with --residual-limit."
-            yield Refusal(what, f"{residual:.3g}", f"{residual_limit:.3g}", unit, where, advice)
+            yield Refusal(what, f"{factor * residual:.3g}", f"{factor * residual_limit:.3g}", unit, where, advice)
 
 
 def _refuse(reasons: list[Refusal], where: str) -> None:

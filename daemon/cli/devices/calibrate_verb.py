@@ -59,9 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
     output = _output(arguments, loaded)
     unit, difference = _units(signal)
     limits = _limits(arguments, difference)
-    found = calibrated(_points(arguments, loaded, unit), limits, difference, f"signals.{arguments.sensor}")
-    by = arguments.by or user_and_host()
     shown = scaling(arguments.sensor, signal, stated_units(loaded.text)).shown
+    found = calibrated(_points(arguments, loaded, unit), limits, shown, f"signals.{arguments.sensor}")
+    by = arguments.by or user_and_host()
     entry = calibration_entry(found, shown, signal.calibration, datetime.date.today(), arguments.valid_days, by)
     text = with_calibration(read_text(Path(loaded.path)), arguments.sensor, entry)
     rig_from_text(text, str(output or loaded.path))

@@ -84,7 +84,10 @@ def test_without_write_nothing_is_changed(rig: Path, capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--at", "12 in=60000", "--at", "36 in=30000", "--at", "60 in=12000", "--write"], "lies off the line of the others"),
+        (
+            ["--at", "12 in=60000", "--at", "36 in=30000", "--at", "60 in=12000", "--write"],
+            "the point 36 in lies off the line of the others: -3.92 in (limit: 0.24 in)",
+        ),
         (["--at", "12 in=60000", "--at", "12 in=60000", "--write"], "different known values are needed"),
         (["--at", "12 psi=60000", "--at", "36 in=30000", "--write"], "wrong kind of unit"),
         (["--at", "12 in=sixty", "--at", "36 in=30000", "--write"], "not a number"),
