@@ -180,7 +180,7 @@ def _ringing(rig: Rig, point: _Point) -> tuple[str, ...]:
 
 
 def _told(rig: Rig, point: _Point) -> str:
-    parts = [f"{point.amplitude_V:g} V", f"{point.place:.3f} {rig.joints[_placed(rig)].position_unit}"]
+    parts = [f"{point.amplitude_V:g} V", f"{point.place:.4f} {rig.joints[_placed(rig)].position_unit}"]
     parts += [] if point.temperature_C is None else [f"{point.temperature_C:g} degC"]
     parts += [] if point.payload_kg is None else [f"{point.payload_kg:.2f} kg"]
     return ", ".join(parts)

@@ -23,7 +23,7 @@ from tuning.arrays import Floats
 from tuning.identification.identification import Identification, Response
 from tuning.link_and_payload.link_map import LinkMap, MapPoint
 from tuning.oil.oil_table import as_override
-from tuning.responses.response_fit import VALVE_NAMES
+from tuning.responses.response_fit import JointFit
 
 _STYLE = {"font.size": 13, "axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.5, "legend.fontsize": 9}
 _VARIED = {"amplitude": "amplitude", "extension_m": "extension", "position": "position", "oil_C": "oil temperature",
@@ -64,7 +64,7 @@ def label(rig: Rig, response: Response) -> str:
     """Conditions of a response in few words."""
     at = response.measured.conditions
     unit = rig.joints[at.joint].position_unit
-    amplitude = f"{at.amplitude:.2g} {'V' if at.on == 'command' else 'rad or m'}"
+    amplitude = f"{at.amplitude:.2g} {'V' if at.on == 'command' else unit}"
     measured = ((at.extension_m, ".4f", "m"), (at.position, ".4f", unit), (at.oil_C, ".0f", "°C"), (at.payload_kg, ".3f", "kg"))
     return ", ".join(
         [f"{response.measured.source} {at.joint}: {amplitude}", *(f"{v:{d}} {unit}" for v, d, unit in measured if np.isfinite(v))]
@@ -203,12 +203,27 @@ def _response_line(rig: Rig, response: Response) -> str:
             head += f", {name} distortion {np.median(part.level_dB):.0f} dB (noise {np.median(part.noise_dB):.0f})"
     if response.fit is None:
         return f"{head}; too few lines for a fit"
-    values, sure = response.fit.values, response.fit.uncertainty
-    named = {"velocity gain": (response.fit.velocity_gain, sure["velocity_gain"]), "lag (s)": (response.fit.lag_s, sure["lag"])}
-    named |= {name: (values[name], sure[name]) for name in ("gain", "damping", "stiffness")}
-    if "valve_Hz" in values:
-        named |= {"natural frequency (Hz)": (response.fit.natural_Hz, 0.5 * sure["stiffness"])}
-        named |= {name: (values[name], sure[name]) for name in VALVE_NAMES if sure[name] < 1.0}  # a quick one is not seen in the band
-    numbers = ", ".join(f"{name} {value:.4g} ± {100 * share:.0f} %" for name, (value, share) in named.items())
+    named = _numbers(response.fit, rig.joints[response.measured.conditions.joint].position_unit)
+    numbers = ", ".join(f"{f'{name} {value:.4g} {unit}'.rstrip()} ± {100 * share:.0f} %" for name, value, unit, share in named)
     limited = f"; at a limit of the fit, so not known: {', '.join(response.fit.at_limit)}" if response.fit.at_limit else ""
     return f"{head}; {numbers}; fit within {response.fit.worst_dB:.1f} dB, {response.fit.worst_deg:.0f} degrees{limited}"
+
+
+def _numbers(fit: JointFit, unit: str) -> list[tuple[str, float, str, float]]:
+    """Name, value, unit, two standard deviations as a share."""
+    values, sure = fit.values, fit.uncertainty
+    named = [
+        ("velocity gain", fit.velocity_gain, f"{unit}/s/V", sure["velocity_gain"]),
+        ("lag", fit.lag_s, "s", sure["lag"]),
+        ("gain", values["gain"], f"{unit}/s^3/V", sure["gain"]),
+        ("damping", values["damping"], "1/s", sure["damping"]),
+        ("stiffness", values["stiffness"], "1/s^2", sure["stiffness"]),
+    ]
+    if "valve_Hz" in values:
+        named.append(("natural frequency", fit.natural_Hz, "Hz", 0.5 * sure["stiffness"]))
+        valve = [
+            ("valve", values["valve_Hz"], "Hz", sure["valve_Hz"]),
+            ("valve damping", values["valve_damping"], "", sure["valve_damping"]),
+        ]
+        named += [each for each in valve if each[-1] < 1.0]  # a quick one is not seen in the band
+    return named

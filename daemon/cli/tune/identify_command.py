@@ -13,7 +13,7 @@ from config.errors import ConfigError, Mend, UsageError
 from daemon.cli.connection import add_json_option, connect
 from daemon.cli.options.numbers import COUNT, SEED
 from daemon.cli.shown.progress import progress_lines
-from daemon.cli.shown.shown_units import add_si_option
+from daemon.cli.shown.shown_units import add_si_option, sentences_for
 
 if TYPE_CHECKING:
     from config.loading.load import LoadedRig
@@ -89,6 +89,7 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
     loaded = load_rig(arguments.rig)
     wanted = experiments(loaded.rig, _campaign(arguments, loaded))
     _record(arguments, loaded.rig.name)  # now, not after an hour of runs
+    sentences = sentences_for(loaded.text, arguments.si)
     if arguments.on_rig:
         needed = must_ring(loaded.rig, arguments.what)
         if needed:
@@ -96,8 +97,9 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
             advice += f" `longreachd {shlex.quote(loaded.path)}`"
             raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
         with connect(arguments) as client:
-            return on_daemon(client, wanted, progress)
-    return in_lockstep(with_simulated_devices(loaded), wanted, arguments.out / "logs", arguments.seed, progress)
+            return on_daemon(client, wanted, lambda line: progress(sentences.text(line)))
+    logs, seed = arguments.out / "logs", arguments.seed
+    return in_lockstep(with_simulated_devices(loaded), wanted, logs, seed, lambda line: progress(sentences.text(line)))
 
 
 def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +108,10 @@ def test_a_single_axis_is_identified_from_its_log(tmp_path: Path, capsys: pytest
     assert [response["conditions"]["joint"] for response in answer["responses"]] == ["axis"]
     assert (answer["links"], answer["responses"][0]["conditions"]["extension_m"]) == ([], None)
     assert load_record(Path(answer["record"])).joints[0].extension_m is None
+    assert main(["identify", "--log", str(log), "--out", str(tmp_path / "told")]) == 0
+    told = capsys.readouterr().out
+    for number in (r"velocity gain \S+ m/s/V ±", r"lag \S+ s ±", r"gain \S+ m/s\^3/V ±", r"damping \S+ 1/s ±", r"stiffness \S+ 1/s\^2 ±"):
+        assert re.search(f", {number}", told) or re.search(f"; {number}", told), told
     assert main(["identify", "force_axis", "--out", str(tmp_path)]) == 1
     assert "longreach identify --log" in capsys.readouterr().err
     record = Path(answer["record"])
