@@ -142,10 +142,10 @@ def _check_kind(tree: YamlTree, wanted: str) -> None:
     if kind == wanted:
         return
     what = f"this file is {kind!r}, not {wanted!r}" if kind else "the key 'longreach' is missing, which says what this file is"
-    problem = tree.problem(
-        ("longreach",) if kind else (), what, next_step=f"A {wanted.split('/')[0]} file begins with longreach: {wanted}."
-    )
-    raise config_error(tree.name, [problem])
+    advice = f"A {wanted.split('/')[0]} file begins with longreach: {wanted}."
+    if kind == "rig/1":
+        advice += f" `longreach check {shlex.quote(tree.name)}` reads this one."
+    raise config_error(tree.name, [tree.problem(("longreach",) if kind else (), what, next_step=advice)])
 
 
 def _raise_if_any(tree: YamlTree, problems: list[Problem]) -> None:

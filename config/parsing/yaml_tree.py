@@ -8,7 +8,9 @@ So are tags, which would be passed over, and nesting deeper than any file of our
 from __future__ import annotations
 
 import math
+import pathlib
 import re
+import shlex
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -32,6 +34,7 @@ _CORE_SCALARS = (
 )
 
 
+_SHIPPED = " ".join(shlex.quote(str(pathlib.Path(__file__).parents[1] / kind)) for kind in ("rigs", "maneuvers"))
 _MOST_LEVELS = 60
 _MOST_DIGITS = 300  # of a whole number; a float ends near 308
 
@@ -150,7 +153,7 @@ def parse(text: str, name: str) -> YamlTree:
     except yaml.reader.ReaderError as error:
         raise _character_error(error, text, name) from error
     if root is None:
-        raise config_error(name, [problem_at(name, 1, 1, "the file is empty", next_step="Start from a shipped file, see docs/reference.")])
+        raise config_error(name, [problem_at(name, 1, 1, "the file is empty", next_step=f"Start from a shipped file: `ls {_SHIPPED}`.")])
     if not isinstance(root, yaml.MappingNode):
         raise config_error(
             name,

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from config.errors import ConfigError, DaemonError
+from config.errors import ConfigError, DaemonError, ManeuverError
 from config.loading.load import find, load_maneuver, maneuver_from_text, read_text
 from config.loading.shipped import shipped
 from config.parsing.yaml_tree import parse
@@ -89,7 +89,7 @@ def requested_maneuver(maneuver: Any, parameters: Any) -> tuple[dict[str, Any], 
 def _as_it_was(text: str, name: str, keys: Iterable[str]) -> dict[str, str]:
     """What the maneuver itself has there: it runs with that, which it need not with a value that is merely allowed."""
     content = parse(text, name).plain
-    tops = {re.split(r"[.\[]", key)[0] for key in keys}
+    tops = {_top(key) for key in keys}
     return {top: _one_line(content[top]) for top in tops if top in content} if isinstance(content, dict) else {}
 
 
@@ -113,19 +113,32 @@ def _maneuver_text(maneuver: Any) -> tuple[str, str]:
 
 def _with_parameters(text: str, name: str, parameters: Any) -> tuple[str, str]:
     """The maneuver's text with top-level keys replaced. It is written anew, so comments are lost when something changes."""
-    changes = dict(_assignment(item) for item in parameters) if isinstance(parameters, list) else parameters
-    if not isinstance(changes, Mapping):
-        raise DaemonError("parameters must be an object or a list of KEY=VALUE", value=type(parameters).__name__)
-    content = parse(text, name).plain if changes else None  # plain YAML 1.1 would read the key `on` as true
+    content = parse(text, name).plain if parameters else None  # plain YAML 1.1 would read the key `on` as true
     if not isinstance(content, dict):
         return text, name
+    changes = dict(_assignment(item, content) for item in parameters) if isinstance(parameters, list) else parameters
+    if not isinstance(changes, Mapping):
+        raise DaemonError("parameters must be an object or a list of KEY=VALUE", value=type(parameters).__name__)
+    for key in changes:
+        _refuse_inner(key, content, name)
     return yaml.safe_dump({**content, **changes}, sort_keys=False, allow_unicode=True), f"{name} with {', '.join(changes)} changed"
 
 
-def _assignment(item: Any) -> tuple[str, Any]:
+def _refuse_inner(key: str, content: Mapping[str, Any], name: str) -> None:
+    if _top(key) != key:
+        advice = f"Write it in the file, or set all of {_top(key)}."
+        raise ManeuverError("a parameter is a whole key of the maneuver", value=key, limit=", ".join(content), where=name, next_step=advice)
+
+
+def _top(key: str) -> str:
+    return re.split(r"[.\[]", key)[0]
+
+
+def _assignment(item: Any, content: Mapping[str, Any]) -> tuple[str, Any]:
     key, equals, value = item.partition("=") if isinstance(item, str) else ("", "", "")
     if not equals or not key.strip():
-        raise DaemonError("a parameter is written KEY=VALUE", value=repr(item), next_step="Example: 'y0=30 in'.")
+        mend = {key: f"{key}={_one_line(content[key])}"} if key in content else {}
+        raise ManeuverError("a parameter is written KEY=VALUE", value=repr(item), next_step="Example: 'y0=30 in'.", mend=mend)
     try:
         return key.strip(), yaml.safe_load(value)
     except yaml.YAMLError as error:

@@ -108,6 +108,5 @@ def _within(key: str, value: object, low: float, high: float, unit: str) -> None
     if value is None:
         return
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not isfinite(value) or not low <= value <= high:
-        bound = low if isinstance(value, (int, float)) and value < low else high
-        mend = {_WORDS[key]: f"{bound:g} {unit}"} if key in _WORDS else {}
+        mend = {_WORDS[key]: None} if key in _WORDS else {}  # without it the filter fits the link, which it does at no bound
         raise ManeuverError(f"{key} is out of range", value=value, limit=f"{low:g} to {high:g}", unit=unit, where=WHERE, mend=mend)

@@ -128,7 +128,7 @@ def _adaptive(
             "an adaptive shaper needs `link_mode` in the rig file and a joint named prismatic",
             value=choice.kind,
             where=WHERE,
-            next_step="Use a fixed shaper with frequency_Hz.",
+            next_step="Use a fixed filter, and give its frequency in Hz with --focal.",
         )
     delay = (choice.delay_s or DEFAULT_SCHEDULED_DELAY_S) if choice.kind == "adaptive_coefficients" else None
     if delay is not None:
@@ -152,7 +152,10 @@ def _focal_omega(choice: ShaperChoice, link: LinkFrequency | None, extensions: E
         return 2.0 * pi * choice.frequency_Hz * choice.frequency_scale
     if link is None or extensions is None:
         raise ManeuverError(
-            "the rig has no `link_mode` to take the shaper's frequency from", value=choice.kind, where=WHERE, next_step="Give frequency_Hz."
+            "the rig has no `link_mode` to take the shaper's frequency from",
+            value=choice.kind,
+            where=WHERE,
+            next_step="Give the frequency in Hz with --focal.",
         )
     initial, final = link.omega_d(extensions.initial), link.omega_d(extensions.final)
     return {"initial": initial, "final": final, "mid": sqrt(initial * final)}[choice.focal]
@@ -169,7 +172,7 @@ def _check_delay(delay_s: float, omega: float, link: LinkFrequency | None, exten
     bad = max(angles) if max(angles) > high else min(angles)
     longest, shortest = delay_s * high / max(angles), delay_s * low / min(angles)
     fits = shortest <= longest
-    advice = f"Choose delay_s from {shortest:.3f} to {longest:.3f} s." if fits else "Use kind zvd, ei or adaptive."
+    advice = f"Choose --delay from {shortest:.3f} to {longest:.3f} s." if fits else "Use kind zvd, ei or adaptive."
     middle = f"{0.5 * (shortest + longest):.3f} s"
     raise ManeuverError(
         f"the delay T = {delay_s:.4f} s is unsafe: ω_d T leaves the safe range within the extensions of the maneuver",

@@ -24,7 +24,7 @@ def correct_moves(pieces: Sequence[Piece], rig: Rig, choice: ShaperChoice, plann
             "zero_delay needs `link_mode` in the rig file and the joints rotary and prismatic",
             value=choice.kind,
             where=WHERE,
-            next_step="Use a fixed shaper with frequency_Hz.",
+            next_step="Use a fixed filter, and give its frequency in Hz with --focal.",
         )
     if choice.joints and len(choice.joints) < len(names):
         raise ManeuverError(

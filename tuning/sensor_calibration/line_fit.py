@@ -70,9 +70,11 @@ class SensorCalibration:
         return max(map(abs, self.residuals))
 
 
-def calibrated(points: Sequence[ReferencePoint], limits: Limits, shown: Conversion, where: str) -> SensorCalibration:
-    """The calibration. ConfigError, with every reason as values are `shown`, when noise, residual or the points do not allow one."""
-    _refuse([*_of_points(points, where)], where)
+def calibrated(points: Sequence[ReferencePoint], limits: Limits, shown: Conversion, where: str, watch: str) -> SensorCalibration:
+    """The calibration. ConfigError, with every reason as values are `shown`, when noise, residual or the points do not allow one.
+
+    `watch`: the command that shows the readings live."""
+    _refuse([*_of_points(points, where, watch)], where)
     values = np.array([point.value for point in points])
     counts = np.array([point.counts for point in points])
     middle = counts.mean()  # counts of an absolute encoder are large: the line is fitted about their middle
@@ -107,7 +109,7 @@ def _pooled(points: Sequence[ReferencePoint]) -> float:
     return sqrt(sum((point.readings - 1) * point.sd**2 for point in points) / free) if free else 0.0
 
 
-def _of_points(points: Sequence[ReferencePoint], where: str) -> Iterator[Refusal]:
+def _of_points(points: Sequence[ReferencePoint], where: str, watch: str) -> Iterator[Refusal]:
     values = {point.value for point in points}
     if len(values) < 2:
         advice = "Give two or more, as far apart as the sensor will be used: --at VALUE --at VALUE."
@@ -116,7 +118,7 @@ def _of_points(points: Sequence[ReferencePoint], where: str) -> Iterator[Refusal
     counts = [point.counts for point in points]
     travelled = max(counts) - min(counts)
     if travelled < LEAST_COUNTS:
-        advice = "Does it move, is it the right channel, are the points far enough apart? `longreach device watch` shows it live."
+        advice = f"Does it move, is it the right channel, are the points far enough apart? `{watch}` shows it live."
         yield Refusal(
             "the readings hardly change between the points", f"{travelled:.6g}", f"at least {LEAST_COUNTS}", "counts", where, advice
         )

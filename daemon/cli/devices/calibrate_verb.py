@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import shlex
 import statistics
 import sys
 import time
@@ -60,7 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
     unit, difference = _units(signal)
     limits = _limits(arguments, difference)
     shown = scaling(arguments.sensor, signal, stated_units(loaded.text)).shown
-    found = calibrated(_points(arguments, loaded, unit), limits, shown, f"signals.{arguments.sensor}")
+    points = _points(arguments, loaded, unit)
+    found = calibrated(points, limits, shown, f"signals.{arguments.sensor}", _watch(arguments, signal))
     by = arguments.by or user_and_host()
     entry = calibration_entry(found, shown, signal.calibration, datetime.date.today(), arguments.valid_days, by)
     text = with_calibration(read_text(Path(loaded.path)), arguments.sensor, entry)
@@ -161,14 +163,18 @@ def _read(arguments: argparse.Namespace, signal: AnySignal, values: list[float],
             if not sys.stdin.readline():
                 advice = "Run it in a terminal, or give counts that were read before: --at VALUE=COUNTS."
                 raise UsageError("no Enter came: nobody says that the sensor stands there", value=text, where="--at", next_step=advice)
-            found = _readings(opened.source, channel, arguments)
+            found = _readings(opened.source, channel, arguments, _watch(arguments, signal))
             sd = statistics.stdev(found) if len(found) > 1 else 0.0
             points.append(ReferencePoint(value, statistics.fmean(found), sd, len(found)))
             print(f"  {points[-1].counts:.6g} counts, standard deviation {sd:.3g}, {len(found)} readings", file=sys.stderr, flush=True)
     return points
 
 
-def _readings(source: Any, channel: int, arguments: argparse.Namespace) -> list[float]:
+def _watch(arguments: argparse.Namespace, signal: AnySignal) -> str:
+    return shlex.join(["longreach", "device", "watch", arguments.rig, signal.device])
+
+
+def _readings(source: Any, channel: int, arguments: argparse.Namespace, watch: str) -> list[float]:
     """As many as asked for. DriverError when the device gives none for that long."""
     from config.errors import DriverError
 
@@ -181,7 +187,7 @@ def _readings(source: Any, channel: int, arguments: argparse.Namespace) -> list[
         else:
             missed += 1
         if missed > arguments.readings:
-            advice = "`longreach device watch` shows what it says."
+            advice = f"`{watch}` shows what it says."
             why = "; ".join(source.problems())
             raise DriverError("the device gives no readings", value=why, where=arguments.sensor, next_step=advice)
         time.sleep(arguments.every)

@@ -16,7 +16,10 @@ from daemon.cli.shown.progress import progress_lines
 from daemon.cli.shown.shown_units import add_si_option, sentences_for
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from config.loading.load import LoadedRig
+    from tuning.experiments.experiments import CampaignRun
 
 WHAT = ("sweep", "multisine", "map", "payload", "all")
 
@@ -98,8 +101,23 @@ def _logs(arguments: argparse.Namespace, progress: Any) -> list[Path]:
             raise ConfigError("end-point feedback damps what is to be measured, and no deflection is", where=loaded.path, next_step=advice)
         with connect(arguments) as client:
             return on_daemon(client, wanted, lambda line: progress(sentences.text(line)))
+    _refuse_impossible(loaded, wanted)
     logs, seed = arguments.out / "logs", arguments.seed
     return in_lockstep(with_simulated_devices(loaded), wanted, logs, seed, lambda line: progress(sentences.text(line)))
+
+
+def _refuse_impossible(loaded: LoadedRig, wanted: Sequence[CampaignRun]) -> None:
+    """Before any run, where the simulated rig cannot be what a run wants it to be."""
+    from config.loading.load import changed_rig
+
+    options = {"temperature": "--temperatures", "payload": "--payloads", "initial": "--extensions"}
+    for run in wanted:
+        try:
+            changed_rig(loaded.text, loaded.path, run.overrides)
+        except ConfigError as error:
+            what, parts = f"no such run can be made: {run.name}", error.refusal
+            mend = dict.fromkeys([option for word, option in options.items() if word in parts.what][:1])
+            raise UsageError(what, value=f"{parts.what}: {parts.value}", limit=parts.limit, where=loaded.path, mend=mend) from error
 
 
 def _campaign(arguments: argparse.Namespace, loaded: LoadedRig) -> Any:

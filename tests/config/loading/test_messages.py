@@ -6,8 +6,10 @@ import pytest
 
 from config.errors import ConfigError, Refusal
 from config.loading.load import maneuver_from_text, rig_from_text
+from config.loading.shipped import find
 from tests.support.config.small_rig import SMALL, changed
 
+SHIPPED = find("rigs", "ornl_testbed").parents[1]
 SERVO_KEYS = "sections, velocity_filter, gain, velocity_feedforward, null_bias, acceleration_feedforward, dither, oil_compensation"
 
 ONE_PROBLEM = {
@@ -190,7 +192,7 @@ def test_a_rotary_prismatic_arm_needs_its_joints_and_its_link() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "x.yaml:1:1: the file is empty. Start from a shipped file, see docs/reference."),
+        ("", f"x.yaml:1:1: the file is empty. Start from a shipped file: `ls {SHIPPED / 'rigs'} {SHIPPED / 'maneuvers'}`."),
         ("- 1\n", "x.yaml:1:1: the file must be a mapping of keys to values (key: value)"),
         ("a: \x01\n", "x.yaml:1:4: not readable as YAML: character '\\x01' is not allowed"),
         ("name: x\n", "x.yaml:1:1: the key 'longreach' is missing, which says what this file is. A rig file begins with longreach: rig/1."),

@@ -116,7 +116,7 @@ def test_maneuver_outside_the_workspace_moves_nothing(tmp_path: Path, capsys: py
     [
         (["demo", "--rig", "force_axis"], "a straight line needs the joints rotary, prismatic: axis", "longreach demo"),
         (["demo", "--set", "y0=10 in"], "Choose y0 ≥ 12 in", "longreach demo --set 'y0=12.02 in'"),
-        (["demo", "--set", "y0"], "a parameter is written KEY=VALUE", "longreach demo --help"),
+        (["demo", "--set", "y0"], "a parameter is written KEY=VALUE", "longreach demo --set 'y0=40 in'"),
         (["demo", "--set", "y0=10 psi"], "wrong kind of unit: '10 psi'", "longreach demo --set 'y0=40 in'"),
         (["demo", "--set", "y0=12 m"], "out of range: 12 m (limit: 0.05 to 10 m)", "longreach demo --set 'y0=40 in'"),
         (

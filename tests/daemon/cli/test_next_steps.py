@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from config.loading.load import load_rig
+from config.loading.shipped import find
 from daemon.cli.command_line import build_parser
 from daemon.cli.main import main
 from daemon.cli.refusal import next_command
@@ -17,6 +18,7 @@ from daemon.lockstep import run_lockstep
 from daemon.server.protocol import no_answer
 
 OF_THE_SYSTEM = ("ls", "df", "ip", "systemctl", "journalctl", "pip")
+SHIPPED = find("rigs", "ornl_testbed").parents[1]
 TABLE = "t_s,axis.position\n0,1\n0.5,1\n1,1\n1,2\n2,3\n3,3\n"  # a row has the stamp of the row before
 
 
@@ -26,6 +28,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("my logs")
     run_lockstep(load_rig("ornl_testbed"), [{"maneuver": {"name": "jog"}}], place)[0].rename(place / "a b.mcap")
     (place / "empty.mcap").write_bytes(b"")
+    (place / "rig.yaml").write_text(load_rig("force_axis").text)
+    (place / "nothing.yaml").write_text("")
     (place / "notes.mcap").write_text("notes")
     (place / "dup.csv").write_text(TABLE)
     (place / "dup.mat").write_bytes(b"MATLAB 5.0 MAT-file")
@@ -85,6 +89,19 @@ def assert_taken(typed: str, words: list[str]) -> None:
         ("log recover 'a b.mcap' -o d.csv", 2, "log recover 'a b.mcap' -o d.mcap"),
         ("simulate ornl_testbed hold -o b.csv", 2, "simulate ornl_testbed hold -o b.mcap"),
         ("runs nowhere", 3, "ls ."),
+        ("simulate ornl_testbed rig.yaml", 1, "check rig.yaml"),
+        ("simulate ornl_testbed nothing.yaml", 1, f"ls {SHIPPED / 'rigs'} {SHIPPED / 'maneuvers'}"),
+        ("simulate ornl_testbed joint_steps --set 'maneuver.steps.0.by=3 deg'", 1, "simulate --help"),
+        ("demo --set y0", 1, "demo --set 'y0=40 in'"),
+        ("simulate ornl_testbed jog --shaper three_term --delay 70", 1, "simulate ornl_testbed jog --shaper three_term"),
+        ("simulate force_axis jog --shaper three_term --set maneuver.joint=axis --set 'maneuver.by=2 mm'", 1, "simulate --help"),
+        ("identify --what multisine --temperatures '2000 degC'", 2, "identify --what multisine"),
+        ("identify --what map --extensions '30 in, 200 in'", 2, "identify --what map"),
+        (
+            "device calibrate ornl_testbed_can rotary.position --at '0 deg=5' --at '9 deg=5'",
+            1,
+            "device watch ornl_testbed_can rotary_encoder",
+        ),
     ],
 )
 def test_the_next_step_is_one(

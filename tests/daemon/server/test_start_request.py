@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from config.errors import ManeuverError
+from config.errors import DaemonError, ManeuverError
 from daemon.server.start_request import start_run, start_stream
 from tests.support.daemon.rigs import RIG
 
@@ -27,3 +27,10 @@ def test_a_filter_with_an_option_that_it_does_not_use_is_refused() -> None:
         with pytest.raises(ManeuverError, match=r"zvd does not use delay_s: 0\.07"):
             start(RIG.rig, 1, asked, [0.0, 0.9144])
         start(RIG.rig, 1, asked | {"shaper": {"kind": "zvd", "delay_s": None, "focal": "mid"}}, [0.0, 0.9144])
+
+
+@pytest.mark.parametrize("parameters", [["by"], [{}], "by", {"start.rotary": "1 deg"}, ["start.rotary=1 deg"]])
+def test_parameters_that_are_none_are_refused_as_such(parameters: object) -> None:
+    with pytest.raises((ManeuverError, DaemonError), match=r"KEY=VALUE|a whole key of the maneuver: start\.rotary") as refusal:
+        start_run(RIG.rig, 1, {"maneuver": {"name": "jog"}, "parameters": parameters}, [0.0, 0.9144])
+    assert refusal.value.refusal.mend == ({"by": "by=2 deg"} if parameters == ["by"] else {})

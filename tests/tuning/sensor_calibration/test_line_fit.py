@@ -22,7 +22,7 @@ METRES = ("m", 1.0, 0.0)
 )
 def test_a_straight_sensor_gets_its_own_sign_scale_and_zero(scale: float, offset: float, counts: list[int]) -> None:
     assume(max(counts) - min(counts) >= 1000)
-    found = calibrated([ReferencePoint(offset + scale * count, count) for count in counts], Limits(), METRES, WHERE)
+    found = calibrated([ReferencePoint(offset + scale * count, count) for count in counts], Limits(), METRES, WHERE, "watch")
     np.testing.assert_allclose(found.scale, scale, rtol=1e-6)
     span = abs(scale) * (max(counts) - min(counts))
     readings = [found.offset + found.scale * count for count in counts]
@@ -32,7 +32,7 @@ def test_a_straight_sensor_gets_its_own_sign_scale_and_zero(scale: float, offset
 def test_the_line_is_the_textbooks() -> None:
     """Slope = covariance / variance, by hand, of 0, 1.1 and 1.9 mm at counts 0, 1000 and 2000: residuals -50, 100 and -50 um."""
     found = calibrated(
-        [ReferencePoint(0, 0), ReferencePoint(1.1e-3, 1000), ReferencePoint(1.9e-3, 2000)], Limits(residual=1e-3), METRES, WHERE
+        [ReferencePoint(0, 0), ReferencePoint(1.1e-3, 1000), ReferencePoint(1.9e-3, 2000)], Limits(residual=1e-3), METRES, WHERE, "watch"
     )
     np.testing.assert_allclose([found.scale, found.offset], [0.95e-6, 0.05e-3])
     np.testing.assert_allclose(found.residuals, [-0.05e-3, 0.1e-3, -0.05e-3], atol=1e-12)
@@ -49,7 +49,9 @@ def test_the_uncertainty_covers_19_of_20_however_few_the_points(points: int) -> 
     true, inside = np.linspace(0.0, 0.2, points), 0
     for _ in range(3000):
         known = true + random.normal(0.0, 1e-4, points)
-        found = calibrated([ReferencePoint(*pair) for pair in zip(known, true / 1e-6, strict=True)], Limits(residual=1.0), METRES, WHERE)
+        found = calibrated(
+            [ReferencePoint(*pair) for pair in zip(known, true / 1e-6, strict=True)], Limits(residual=1.0), METRES, WHERE, "watch"
+        )
         assert found.uncertainty is not None
         inside += abs(found.offset + found.scale * 0.2 / 1e-6 - (0.2 + random.normal(0.0, 1e-4))) < found.uncertainty
     assert inside / 3000 == pytest.approx(0.9545, abs=0.012)
@@ -58,8 +60,8 @@ def test_the_uncertainty_covers_19_of_20_however_few_the_points(points: int) -> 
 def test_two_points_say_nothing_of_the_uncertainty_unless_the_reference_does() -> None:
     """Both known values with 0.1 mm: the line's at an end is 0.1 mm, the next value's as much again."""
     points = [ReferencePoint(0.0, 0.0), ReferencePoint(0.2, 200_000.0)]
-    assert calibrated(points, Limits(), METRES, WHERE).uncertainty is None
-    assert calibrated(points, Limits(reference=1e-4), METRES, WHERE).uncertainty == pytest.approx(2e-4 * np.sqrt(2.0), rel=1e-4)
+    assert calibrated(points, Limits(), METRES, WHERE, "watch").uncertainty is None
+    assert calibrated(points, Limits(reference=1e-4), METRES, WHERE, "watch").uncertainty == pytest.approx(2e-4 * np.sqrt(2.0), rel=1e-4)
 
 
 def test_the_uncertainty_covers_the_next_readings() -> None:
@@ -70,7 +72,7 @@ def test_the_uncertainty_covers_the_next_readings() -> None:
         at = (0.0, 0.1, 0.2)
         readings = [random.normal(value / scale, noise, 50) for value in at]
         points = [ReferencePoint(value, float(r.mean()), float(r.std(ddof=1)), 50) for value, r in zip(at, readings, strict=True)]
-        found = calibrated(points, Limits(noise=1.0, residual=1.0), METRES, WHERE)
+        found = calibrated(points, Limits(noise=1.0, residual=1.0), METRES, WHERE, "watch")
         true = random.uniform(0, 0.2)
         assert found.uncertainty is not None
         inside += abs(found.offset + found.scale * random.normal(true / scale, noise) - true) < found.uncertainty
@@ -85,7 +87,7 @@ def test_the_uncertainty_covers_the_next_readings() -> None:
         (
             [ReferencePoint(0, 500), ReferencePoint(0.1, 560)],
             Limits(),
-            ["the readings hardly change between the points: 60 counts (limit: at least 100"],
+            ["the readings hardly change between the points: 60 counts (limit: at least 100", "`watch` shows it live"],
         ),
         (
             [ReferencePoint(0, 0, 30, 100), ReferencePoint(0.1, 10_000, 2, 100)],
@@ -104,7 +106,7 @@ def test_what_cannot_be_believed_is_refused_with_value_limit_and_unit(
     points: list[ReferencePoint], limits: Limits, reasons: list[str]
 ) -> None:
     with pytest.raises(ConfigError) as refusal:
-        calibrated(points, limits, METRES, WHERE)
+        calibrated(points, limits, METRES, WHERE, "watch")
     for reason in reasons:
         assert reason in str(refusal.value)
     assert WHERE in str(refusal.value)
@@ -114,4 +116,4 @@ def test_a_refusal_shows_values_and_differences_as_the_rig_file_states_them() ->
     """10 degC are 50 degF; 0.5 % of 20 K are 0.18 degF, for a difference has no zero of its own."""
     points = [ReferencePoint(0.0, 0.0), ReferencePoint(10.0, 10_500.0), ReferencePoint(20.0, 20_000.0)]
     with pytest.raises(ConfigError, match=r"the point 50 degF lies off the line of the others: -0\.\d+ degF \(limit: 0\.18 degF\)"):
-        calibrated(points, Limits(), ("degF", 1.8, 32.0), WHERE)
+        calibrated(points, Limits(), ("degF", 1.8, 32.0), WHERE, "watch")
