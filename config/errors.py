@@ -54,7 +54,8 @@ class Refusal:
             head += f": {self.value}{unit}"
         if self.limit:
             head += f" (limit: {self.limit}{unit})"
-        return f"{head}. {self.next_step}" if self.next_step else head
+        stop = "" if head.endswith(".") else "."  # a value may be a sentence
+        return f"{head}{stop} {self.next_step}" if self.next_step else head
 
     def as_dict(self) -> dict[str, Any]:
         return {key: value for key, value in asdict(self).items() if value}

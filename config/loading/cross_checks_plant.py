@@ -8,6 +8,7 @@ from typing import Any
 from config.parsing.nearest import nearest_text
 from config.parsing.problems import Problem
 from config.parsing.yaml_tree import YamlTree
+from config.schema.effect_entry import LINEAR, ROTARY
 from config.schema.plant_joint import motion_of
 from config.signal_names import signal_measures
 
@@ -29,9 +30,14 @@ def _joints(tree: YamlTree) -> Iterator[Problem]:
         if name not in joints:
             what = f"plant.joints.{name} is no joint of this rig{nearest_text(name, joints)}"
             yield tree.problem(path, what, of_key=True, next_step=f"Joints: {', '.join(joints)}.")
-        elif isinstance(joint, dict) and motion_of(joint) not in (tree.value(("joints", name, "motion")), ""):
-            what = f"plant.joints.{name}.actuator {joint['actuator']!r} does not move a {tree.value(('joints', name, 'motion'))} joint"
+        elif isinstance(joint, dict) and _moves_otherwise(joint, motion := tree.value(("joints", name, "motion"))):
+            what = f"plant.joints.{name}.actuator {joint['actuator']!r} does not move a {motion} joint"
             yield tree.problem((*path, "actuator"), what, next_step=f"It must fit joints.{name}.motion.")
+
+
+def _moves_otherwise(joint: dict[str, Any], motion: Any) -> bool:
+    """A motion that is missing or misspelt is told by itself."""
+    return motion in (ROTARY, LINEAR) and motion_of(joint) not in (motion, "")
 
 
 def _sensors(tree: YamlTree) -> Iterator[Problem]:

@@ -191,10 +191,16 @@ def _wrong_value(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Probl
         return replace(problem, follows=place_unknown)
     if error["type"] in ("too_long", "too_short"):
         bound = "at most" if error["type"] == "too_long" else "at least"
-        count = error["ctx"].get("max_length" if error["type"] == "too_long" else "min_length")
-        return tree.problem(place.path, f"{dotted(place.path)} must have {bound} {count} entries", value=f"got {shown}")
+        count = error["ctx"]["max_length" if error["type"] == "too_long" else "min_length"]
+        problem = tree.problem(place.path, f"{dotted(place.path)} must have {bound} {count} entries", value=f"got {shown}")
+        return replace(problem, follows=bound == "at least" and _has_as_many(tree.value(place.path), count))
     message = error["msg"].removeprefix("Value error, ")
     return tree.problem(place.path, f"{dotted(place.path) or 'the file'}: {message}", value=f"got {shown}" if len(shown) < 60 else "")
+
+
+def _has_as_many(written: Any, least: int) -> bool:
+    """Of too few entries: pydantic counts those that are right."""
+    return isinstance(written, (list, dict)) and len(written) >= least
 
 
 def _wrong_key(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Problem:

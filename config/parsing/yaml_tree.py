@@ -243,7 +243,8 @@ def _syntax_error(error: yaml.MarkedYAMLError, name: str) -> ConfigError:
     context = f" ({error.context})" if error.context else ""
     if begun != line and context.startswith(" (while scanning"):  # of a quote that is not closed, the end of the file says little
         context = f" ({error.context} begun on line {begun})"
-    return config_error(name, [problem_at(name, line, column, f"not readable as YAML: {error.problem}{context}")])
+    advice = "Indent with spaces: YAML takes no tabs." if r"'\t'" in str(error.problem) else ""
+    return config_error(name, [problem_at(name, line, column, f"not readable as YAML: {error.problem}{context}", next_step=advice)])
 
 
 def _character_error(error: yaml.reader.ReaderError, text: str, name: str) -> ConfigError:

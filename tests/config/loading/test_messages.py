@@ -232,3 +232,19 @@ def test_a_maneuver_is_refused_in_the_same_way() -> None:
     assert [refusal.where for refusal in caught.value.problems] == ["m.yaml:4:5", "m.yaml:5:15"]
     with pytest.raises(ConfigError, match=r"m.yaml:3:7: kind cannot be 'straight': nearest is 'straight_line'"):
         maneuver_from_text(text.replace("straight_line", "straight"), "m.yaml")
+
+
+def test_a_wrong_entry_is_not_a_missing_one() -> None:
+    text = "longreach: maneuver/1\nname: s\nkind: joint_steps\nsteps:\n  - {joint: axis, by: 1 mm, to: 2 mm}\n"
+    with pytest.raises(ConfigError) as caught:
+        maneuver_from_text(text, "m.yaml")
+    assert str(caught.value).startswith("m.yaml:5:5: steps[0]: a step needs either `to` or `by`")
+    assert len(caught.value.problems) == 1
+    with pytest.raises(ConfigError, match=r"m.yaml:4:8: steps must have at least 1 entries: got \[\]"):
+        maneuver_from_text(text.replace("\n  - {joint: axis, by: 1 mm, to: 2 mm}", " []"), "m.yaml")
+
+
+def test_a_value_that_is_a_sentence_ends_with_one_stop() -> None:
+    assert Refusal("nothing was found", "The log is empty.", next_step="Record one.").text() == (
+        "nothing was found: The log is empty. Record one."
+    )

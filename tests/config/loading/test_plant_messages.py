@@ -64,6 +64,8 @@ def test_the_unchanged_file_loads() -> None:
             "low: 50 in, high: 50 in",
             "x.yaml:33:58: plant.sensors.axis.position.high: high must be above low: 50 in (limit: 50 in)",
         ),
+        ("    motion: linear\n", "", "x.yaml:9:3: joints.axis needs the key 'motion'. Choose one of: rotary, linear."),
+        ("motion: linear", "motion: linaer", "x.yaml:10:13: joints.axis.motion cannot be 'linaer': nearest is 'linear'"),
         ("actuator: force", "actuator: forc", "x.yaml:31:22: plant.joints.axis.actuator cannot be 'forc': nearest is 'force'. "),
     ],
 )
