@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
 from functools import cache, lru_cache
 
 from config.errors import UnitError
@@ -14,6 +15,7 @@ from config.unit_factors import FACTORS, TEMPERATURES
 
 _NUMBER_AND_UNIT = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$")
 
+UNKNOWN = "unknown unit"
 _AFTER_COMMA = re.compile(r",\d")
 
 
@@ -43,7 +45,7 @@ def to_si(text: str | float, unit: str) -> float:
     except ValueError as error:
         raise UnitError("wrong kind of unit", value=repr(text), next_step=_advice(unit)) from error
     except LookupError as error:
-        raise UnitError("unknown unit", value=repr(text), next_step=_advice(unit)) from error
+        raise UnitError(UNKNOWN, value=repr(text), next_step=_advice(unit)) from error
 
 
 def from_si(value: float, unit: str, wanted: str) -> float:
@@ -54,6 +56,11 @@ def from_si(value: float, unit: str, wanted: str) -> float:
         return value / factor if (factor := _factor(unit, wanted)) is not None else _of_pint(value, unit, wanted)
     except (ValueError, LookupError) as error:
         raise UnitError("cannot be expressed in this unit", value=f"{value:g} {unit}", unit=wanted) from error
+
+
+def units_like(unit: str) -> Collection[str]:
+    """What users of hydraulics write for a stored unit."""
+    return TEMPERATURES if unit == "degC" else FACTORS.get(unit, {})
 
 
 def is_stored(unit: str) -> bool:

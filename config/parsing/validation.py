@@ -15,7 +15,7 @@ from config.parsing.problems import Problem
 from config.parsing.yaml_tree import YamlTree, dotted
 from config.schema.model_fields import SchemaKey, choices, fields_of, limits, place_of_error, union_members
 from config.schema.section import units_of
-from config.units import from_si, to_si, written_unit
+from config.units import UNKNOWN, from_si, to_si, units_like, written_unit
 
 _EXPECTED = {
     "model_type": "a section (key: value lines)",
@@ -135,10 +135,18 @@ def _wrong_quantity(error: ErrorDetails, place: SchemaKey, tree: YamlTree) -> Pr
     path = place.path if index is None else (*place.path, index)
     what = f"{dotted(path)}: {error['msg']}"
     next_step = str(error.get("ctx", {}).get("next_step", ""))
+    if error["msg"] == UNKNOWN:
+        next_step = f"{_nearest_unit(place, tree.value(path))}{next_step}"
     allowed = _allowed(place, "")
     if allowed:
         next_step = f"{next_step} Allowed: {allowed}.".strip()
     return tree.problem(path, what, value=_shown(tree.value(path)), next_step=next_step, mend=_what_fits(path, place, tree))
+
+
+def _nearest_unit(place: SchemaKey, written: Any) -> str:
+    known = [each for stored in units_of(place.field) for each in units_like(stored)] if place.field else []
+    meant = nearest(written_unit(written), known)
+    return f"Nearest is {meant!r}. " if meant else ""
 
 
 def _what_fits(path: tuple[str | int, ...], place: SchemaKey, tree: YamlTree) -> Mend:

@@ -48,8 +48,23 @@ ONE_PROBLEM = {
     ),
     "unknown unit": (
         ("8 V/in", "8 V/inn"),
-        "x.yaml:17:11: servo.axis.gain: unknown unit: '8 V/inn'. "
+        "x.yaml:17:11: servo.axis.gain: unknown unit: '8 V/inn'. Nearest is 'V/in'. "
         "Write it in V/m or a unit convertible to it, for example '1.5 V/m'. Allowed: -1e+06 to 1e+06 V/m.",
+    ),
+    "unknown unit in a list": (
+        ("[0 in, 48 in]", "[0 in, 48 inn]"),
+        "x.yaml:11:20: joints.axis.travel[1]: unknown unit: '48 inn'. "
+        "Nearest is 'in'. Write it in m or a unit convertible to it, for example '1.5 m'.",
+    ),
+    "gauge pressure": (
+        ("1500 psi", "1500 psig"),
+        "x.yaml:34:24: interlocks.supply_pressure_min: unknown unit: '1500 psig'. Nearest is 'psi'. "
+        "Write it in Pa or a unit convertible to it, for example '1.5 Pa'. Allowed: 0 to 4e+07 Pa.",
+    ),
+    "a unit like none": (
+        ("1500 psi", "1500 xyzzy"),
+        "x.yaml:34:24: interlocks.supply_pressure_min: unknown unit: '1500 xyzzy'. "
+        "Write it in Pa or a unit convertible to it, for example '1.5 Pa'. Allowed: 0 to 4e+07 Pa.",
     ),
     "no number": (
         ("8 V/in", "high"),
