@@ -242,7 +242,7 @@ def _facts(trace: Trace) -> str:
         "<h2>Behind it</h2>"
         + paragraph(f"Time is 0 where the program begins: t_s = {trace.start_s:.3f} s of the log. To look closer: {again}")
         + folded("Is the log fit for use", table(["check", "", ""], checks))
-        + folded("The request", table(["", ""], request))
+        + folded("The request, as logged (SI)", table(["", ""], request))
         + folded("The recording", table(["", ""], about))
     )
 

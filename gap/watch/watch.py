@@ -18,7 +18,7 @@ from typing import Any
 from config.errors import LogError, PlantError
 from config.loading.load import LoadedRig, load_rig, rig_from_text
 from config.progress import Progress
-from config.whole_file import write_whole
+from config.whole_file import whole_file
 from gap.executor import each, executor
 from gap.fitting.nuisance import nuisances
 from gap.outcome.file_units import FileUnits
@@ -95,8 +95,10 @@ def watch(
     if not fits:
         raise _no_log(logs, unusable, len(dated) - len(late))
     found = Watch(loaded, followed(numbers, bounds, fits), fits, unusable)
-    write_whole(out / "watch.json", json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n")
-    write_whole(out / "watch.html", watch_page(loaded, found.numbers, fits, unusable))
+    texts = json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n", watch_page(loaded, found.numbers, fits, unusable)
+    with whole_file(out / "watch.json", "result") as as_data, whole_file(out / "watch.html", "result") as as_page:  # both new, or none
+        for place, text in zip((as_data, as_page), texts, strict=True):
+            place.write_text(text, encoding="utf-8")
     return found
 
 
