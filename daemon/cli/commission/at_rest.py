@@ -65,11 +65,10 @@ def sensors(context: Context) -> Outcome:
 
 def safe_state(context: Context) -> Outcome:
     """Devices with outputs go safe by themselves when they hear nothing; the pressure must be off."""
-    if not context.bench.simulated:
-        context.allow("Valves MOVE a little for the proof of the safe state; the hydraulic pressure must be off")
-    answer = context.prove()
-    if answer is None:
+    if not context.bench.proves:
         return Outcome(None, "no device of this rig is asked for a proof")
+    context.allow("Valves MOVE a little for the proof of the safe state; the hydraulic pressure must be off")
+    answer = context.prove()
     values = [Value(result["text"], "ok" if result["ok"] else "NO", "ok", bool(result["ok"])) for result in answer["results"]]
     values += [Value(failure, "NO", "", False) for failure in answer["failures"]]
     if answer["good"]:

@@ -70,8 +70,12 @@ class Bench(Protocol):
     def readings(self) -> Readings:
         """Every signal of the rig file, some SAMPLES times, in SI."""
 
-    def prove(self) -> dict[str, Any] | None:
-        """The proof of the safe state, as the socket's `prove` answers; None where no device is asked for one."""
+    @property
+    def proves(self) -> bool:
+        """Some device of the rig is asked for the proof of its safe state."""
+
+    def prove(self) -> dict[str, Any]:
+        """The proof of the safe state, as the socket's `prove` answers."""
 
     def run(self, request: Mapping[str, Any], stop_after_s: float | None = None) -> Ran:
         """Arm, run (stop after that long), disarm, also where the run is refused."""
@@ -81,7 +85,7 @@ class LockstepBench:
     """The simulated rig, without a daemon and without the wall clock. Use it in a with statement."""
 
     simulated = True
-    proven, fault = True, ""
+    proven, proves, fault = True, False, ""
 
     def __init__(self, loaded: LoadedRig, logs: Path) -> None:
         simulated = with_simulated_devices(loaded)
@@ -114,8 +118,8 @@ class LockstepBench:
             rows.append([self._rig.value(field_of_signal(name)) for name in names])
         return dict(zip(names, np.array(rows, dtype=np.float64).T, strict=True))
 
-    def prove(self) -> dict[str, Any] | None:
-        return None
+    def prove(self) -> dict[str, Any]:
+        raise DaemonError("the simulated rig has no safe state to prove")
 
     def run(self, request: Mapping[str, Any], stop_after_s: float | None = None) -> Ran:
         self._rig.arm()
@@ -195,9 +199,13 @@ class DaemonBench:
             time.sleep(POLL_S)
         return dict(zip(names, np.array(rows, dtype=np.float64).T, strict=True))
 
-    def prove(self) -> dict[str, Any] | None:
+    @property
+    def proves(self) -> bool:
+        return bool(self._client.call("status")["safe_state"])
+
+    def prove(self) -> dict[str, Any]:
         """The operator has said that the pressure is off; where it is measured, the daemon looks as well."""
-        return self._client.call("prove", pressure_is_off=True) if self._client.call("status")["safe_state"] else None
+        return self._client.call("prove", pressure_is_off=True)
 
     def run(self, request: Mapping[str, Any], stop_after_s: float | None = None) -> Ran:
         self._client.call("arm")

@@ -74,7 +74,7 @@ class Context:
         """Arm, run, disarm. A run that this computer or a device was too late for is made again, if the operator allows it."""
         return self._again_while_late("run", lambda: self.bench.run(request, stop_after_s), self._late_end)
 
-    def prove(self) -> dict[str, Any] | None:
+    def prove(self) -> dict[str, Any]:
         """The proof of the safe state, made again in the same way."""
         return self._again_while_late("proof", self.bench.prove, lambda answer: None)
 

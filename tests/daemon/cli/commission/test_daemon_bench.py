@@ -12,6 +12,7 @@ import pytest
 from config.errors import DaemonError
 from config.loading.load import LoadedRig, apply_overrides, rig_from_text
 from daemon.cli.commission import bench
+from daemon.cli.commission.at_rest import safe_state
 from daemon.cli.commission.context import Context
 from daemon.cli.commission.identified import identification
 from daemon.cli.commission.record import Commissioning, Outcome, hash_of, record_of
@@ -145,7 +146,7 @@ class Silent(bench.DaemonBench):
     def cycles(self) -> tuple[int, int]:
         return 1000 * len(self.did), self.late * len(self.did)
 
-    def prove(self) -> dict[str, Any] | None:
+    def prove(self) -> dict[str, Any]:
         self.did.append("prove")
         if self.did.count("reset") < self.heals_after:
             raise DaemonError("proof refused: 1 of 4 checks fail: axis.supply_pressure age", value="3.88 s", limit="0.015 s")
@@ -241,3 +242,17 @@ def test_the_operators_word_that_the_pressure_is_off_reaches_the_daemon(tmp_path
         connection = Connection(LockstepRequests(rig, RIG.text))
         assert bench.DaemonBench(RIG.rig, cast(Client, connection)).prove() == {"good": True}
         assert connection.asked[-1] == ("prove", {"pressure_is_off": True})
+
+
+def test_a_rig_without_a_proof_is_not_asked_to_switch_its_pressure_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    silent = _silent(tmp_path, 0, heals_after=0)
+    monkeypatch.setattr(Silent, "proves", False)
+    asked: list[str] = []
+    outcome = safe_state(Context(RIG, silent, tmp_path, lambda question: asked.append(question) is None, lambda line: None))
+    assert (outcome.passed, outcome.text) == (None, "no device of this rig is asked for a proof")
+    assert asked == []
+    assert silent.did == []
+    monkeypatch.setattr(Silent, "proves", True)
+    assert safe_state(Context(RIG, silent, tmp_path, lambda question: asked.append(question) is None, lambda line: None)).passed
+    assert "pressure must be off" in asked[0]
+    assert silent.did == ["prove"]
