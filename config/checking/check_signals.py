@@ -6,13 +6,14 @@ from collections.abc import Iterator
 
 from config.checking.finding import Finding, error_at, warning_at
 from config.parsing.yaml_tree import YamlTree, dotted
-from config.schema.rig import Joint, Rig
+from config.schema.rig import Rig
 
 
 def check_signals(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
     """Findings about `signals`, and about the joints and interlocks that hang on them."""
     yield from _signal_ranges(rig, tree)
     yield from _ages(rig, tree)
+    yield from _blind(rig, tree)
     yield from _commands(rig, tree)
     yield from _interlocks(rig, tree)
 
@@ -37,20 +38,24 @@ def _ages(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
         if name.endswith(".position") and rig.devices[signal.device].slow:
             text = f"{name} comes from the slow device {signal.device!r}: the servo will act on old positions"
             yield warning_at(tree, ("signals", name, "device"), text)
+
+
+def _blind(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
+    """5 s where 5 ms were meant. On an old position, a following error of the way that the joint makes meanwhile would have stopped it;
+    led by a device that hears nothing, it reaches a stop from the middle of its travel."""
     for name, joint in rig.joints.items():
         position, driven = f"{name}.position", rig.outputs[name].device
-        old_s, unheard_s = rig.signals[position].max_age_s, rig.devices[driven].timeout_s
-        yield from _blind(tree, ("signals", position, "max_age"), old_s, name, joint, "on a position of that age")
-        yield from _blind(tree, ("devices", driven, "timeout"), unheard_s, name, joint, "before the device makes its output safe")
+        until, half = "on a position of that age; following_error_limit is", 0.5 * (joint.travel[1] - joint.travel[0])
+        age_s, unheard_s = rig.signals[position].max_age_s, rig.devices[driven].timeout_s
+        yield from _moved(rig, tree, name, ("signals", position, "max_age"), age_s, until, joint.following_error_limit)
+        until = "before the device makes its output safe; half its travel is"
+        yield from _moved(rig, tree, name, ("devices", driven, "timeout"), unheard_s, until, half)
 
 
-def _blind(tree: YamlTree, path: tuple[str, ...], time_s: float, name: str, joint: Joint, until: str) -> Iterator[Finding]:
-    """What the joint moves while nobody sees or leads it; a following error of that size would have stopped it (5 s meant as 5 ms)."""
-    moved, limit = joint.rate_limit * time_s, joint.following_error_limit
-    if moved > limit * (1 + 1e-9):
-        unit = joint.position_unit
-        text = f"{dotted(path)} is {time_s:g} s: {name} moves up to {moved:.4g} {unit} {until}; following_error_limit is {limit:.4g} {unit}"
-        yield warning_at(tree, path, text)
+def _moved(rig: Rig, tree: YamlTree, name: str, path: tuple[str, ...], time_s: float, until: str, most: float) -> Iterator[Finding]:
+    moved, unit = rig.joints[name].rate_limit * time_s, rig.joints[name].position_unit
+    if moved > most * (1 + 1e-9):
+        yield warning_at(tree, path, f"{dotted(path)} is {time_s:g} s: {name} moves up to {moved:.4g} {unit} {until} {most:.4g} {unit}")
 
 
 def _commands(rig: Rig, tree: YamlTree) -> Iterator[Finding]:
