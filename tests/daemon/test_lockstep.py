@@ -86,7 +86,7 @@ def test_requests_that_cannot_be_run_are_refused(tmp_path: Path) -> None:
         ({"maneuver": {"name": "no_such"}}, ConfigError),
         ({"maneuver": {"name": "jog"}, "parameters": {"speeed": 1}}, ConfigError),
         ({"maneuver": {"name": "jog"}, "parameters": {"by": "200 deg"}}, ManeuverError),
-        ({"maneuver": {"name": "jog"}, "parameters": ["by"]}, DaemonError),
+        ({"maneuver": {"name": "jog"}, "parameters": ["by"]}, ManeuverError),
         ({"maneuver": {"name": "jog"}, "parameters": 3}, DaemonError),
         ({"maneuver": 3}, DaemonError),
         ({"maneuver": {"name": "jog"}, "repeat": "twice"}, DaemonError),
