@@ -5,13 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import shutil
 import sys
 import time
 from contextlib import suppress
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
 
 from config.errors import DaemonError, DriverError
 from config.loading.load import LoadedRig
@@ -21,15 +19,15 @@ from daemon.checks.interlocks import rig_facts
 from daemon.cycle.log_stream import RecordKind
 from daemon.cycle.timing import Timing
 from daemon.host import host_facts
-from daemon.host.kept_grade import KeptGrade
 from daemon.loop.command import CommandRing, LoopCommand
 from daemon.modes.mode_machine import OperatorAction
 from daemon.processes.channels import Channels, ChildSpec, RecorderHealth, SupervisorHealth
 from daemon.processes.children import Child
+from daemon.processes.computer import ComputerWatch
 from daemon.processes.runtime_lock import RuntimeLock
 from daemon.processes.sd_notify import notify
 from daemon.server.event_history import EventHistory
-from daemon.server.loop_silence import ADVICE, MOVES_AGAIN, SILENT_S, STANDS_STILL, sentence
+from daemon.server.loop_silence import SILENT_S, SilenceTeller
 from daemon.server.request_handlers import RequestHandlers
 from daemon.server.status import StatusView
 from recording.files.session import Session
@@ -38,7 +36,6 @@ from servo_control.signals import Mode, SetPoint
 
 POLL_S = 0.02
 WATCHDOG_S = 0.2  # a fifth of the unit's WatchdogSec
-SLOW_POLL_S = 1.0  # of what changes slowly: the disk's free space, what `longreach host` has kept
 START_LIMIT_S = 120.0  # the first start on a machine compiles the simulation
 STOP_LIMIT_S = 8.0  # controlled stop (5 s at most) and two seconds of log after a fault
 CLOSE_LIMIT_S = 3.0
@@ -50,8 +47,8 @@ class ChildSupervision:
 
     def __init__(self, rig: LoadedRig, log_dir: Path, runtime: Path, lock: RuntimeLock) -> None:
         self._loaded, self._log_dir, self._runtime, self._lock = rig, log_dir, runtime, lock
-        self._grade, self._realtime_rows = KeptGrade(rig.rig), list[dict[str, Any]]()
-        self._host = {"clock": "wall", **host_facts.software(), **host_facts.host(), "host_grade": self._grade.said}
+        self._computer = ComputerWatch(rig.rig, log_dir)
+        self._host = {"clock": "wall", **host_facts.software(), **host_facts.host(), "host_grade": self._computer.grade}
         self._channels = channels = Channels.create(rig.rig)
         self.facts = rig_facts(rig.rig)
         self.history = EventHistory()
@@ -62,8 +59,8 @@ class ChildSupervision:
         self._handlers: RequestHandlers | None = None
         self._values: tuple[float, ...] = tuple(self.facts.blank())
         self._posted = self._shutdowns = self._watchdog_sequence = 0
-        self._silent_s, self._sequence_when_ready = 0.0, 0
-        self._disk_free = self._next_slow_poll = self._next_watchdog = 0.0
+        self._silence, self._sequence_when_ready = SilenceTeller(self._add_event), 0
+        self._next_watchdog = 0.0
         self._refusal: DriverError | None = None
         self._control_ready = False
         self._lost: set[str] = set()
@@ -71,7 +68,7 @@ class ChildSupervision:
     def start(self, handlers: RequestHandlers) -> None:
         """Start every process the rig needs. `handlers` get the path and size of the log and the real-time facts."""
         self._handlers = handlers
-        self._add_event("host", f"host grade: {self._grade.said}", Level.INFO)
+        self._add_event("host", f"host grade: {self._computer.grade}", Level.INFO)
         self._poll()
         slow = any(device.slow for device in self._loaded.rig.devices.values())
         for name in ("recorder", "control", *(["io"] if slow else [])):
@@ -217,29 +214,12 @@ class ChildSupervision:
             if name != "control" and child.ended() and name not in self._lost and not self._shutdowns:
                 self._lost.add(name)
                 self._add_event(f"{name}_died", f"the {name} process ended ({child.how_it_ended()}); a reset starts it again", Level.ERROR)
-        self._tell_silence()
-        self._poll_slowly()
-        health = SupervisorHealth(float("recorder" in self._lost), self._disk_free, self._grade.rate_Hz)
-        self._channels.supervisor_health.put(time.monotonic_ns(), health)
-
-    def _tell_silence(self) -> None:
-        """Once when the loop has come to stand still, and once when it moves again."""
-        silent_s = self.silent_s()
-        if silent_s and not self._silent_s:
-            self._add_event(STANDS_STILL, f"{sentence(silent_s)}. {ADVICE}", Level.ERROR)
-        elif self._silent_s and not silent_s:
-            self._add_event(MOVES_AGAIN, f"the loop moves again after {self._silent_s:.1f} s", Level.WARNING)
-        self._silent_s = silent_s
-
-    def _poll_slowly(self) -> None:
-        now = time.monotonic()
-        if now < self._next_slow_poll:
-            return
-        self._next_slow_poll = now + SLOW_POLL_S
-        self._disk_free = _free_bytes(self._log_dir)
-        self._grade.look([row["name"] for row in self._realtime_rows if row["severity"] == "warning"])
+        self._silence.tell(self.silent_s())
+        self._computer.look()
         if self._handlers is not None:
-            self._handlers.host_rows = [*self._realtime_rows, self._grade.row()]
+            self._handlers.host_rows = self._computer.rows()
+        health = SupervisorHealth(float("recorder" in self._lost), self._computer.disk_free_bytes, self._computer.rate_Hz)
+        self._channels.supervisor_health.put(time.monotonic_ns(), health)
 
     def _read_reports(self) -> None:
         while (record := self._channels.events.read()) is not None:
@@ -247,8 +227,8 @@ class ChildSupervision:
                 self._add(decode_event(record.data))
             elif record.kind == RecordKind.READY and self._handlers is not None:
                 self._control_ready, self._sequence_when_ready = True, self._channels.status.sequence
-                self._realtime_rows = json.loads(record.data)
-                self._handlers.host_rows = [*self._realtime_rows, self._grade.row()]
+                self._computer.granted = json.loads(record.data)
+                self._handlers.host_rows = self._computer.rows()
             elif record.kind == RecordKind.REFUSED:
                 parts = json.loads(record.data)
                 self._refusal = DriverError(parts.pop("what"), **{key: parts[key] for key in parts if key != "class"})
@@ -289,12 +269,3 @@ class ChildSupervision:
         mode = self.view.mode(values)
         why = f": {self._sentences.text(str(self.history.fault['text']))}" if mode is Mode.FAULT and self.history.fault else ""
         notify("WATCHDOG=1", f"STATUS={mode.name.lower()}, cycle {int(values[self.facts.index('cycle')])}{why}")
-
-
-def _free_bytes(log_dir: Path) -> float:
-    """Where recordings go; the folder is made again when it was moved away. 0 where none can be written."""
-    try:
-        log_dir.mkdir(parents=True, exist_ok=True)
-        return float(shutil.disk_usage(log_dir).free)
-    except OSError:
-        return 0.0

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
+
+from recording.format.event import Level
 
 SILENT_S = 0.5  # without a cycle
 STANDS_STILL = "loop_silent"  # name of the event
@@ -11,6 +14,21 @@ ADVICE = (
     "Press the hardware e-stop: no command reaches the loop. Its devices go safe by their own time-outs. "
     "A driver that blocks, or a stopped process, holds it up: `longreach events`, then start longreachd again."
 )
+
+
+class SilenceTeller:
+    """`add_event`: name, text, level."""
+
+    def __init__(self, add_event: Callable[[str, str, Level], None]) -> None:
+        self._add_event, self._silent_s = add_event, 0.0
+
+    def tell(self, silent_s: float) -> None:
+        """Once when the loop has come to stand still, and once when it moves again. `silent_s`: 0 while it moves."""
+        if silent_s and not self._silent_s:
+            self._add_event(STANDS_STILL, f"{sentence(silent_s)}. {ADVICE}", Level.ERROR)
+        elif self._silent_s and not silent_s:
+            self._add_event(MOVES_AGAIN, f"the loop moves again after {self._silent_s:.1f} s", Level.WARNING)
+        self._silent_s = silent_s
 
 
 def sentence(silent_s: float) -> str:
