@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,8 @@ class Recorder:
     def _open(self, stamp_ns: int, controller_state: Mapping[str, Any], loop_facts: Mapping[str, str]) -> None:
         session = self._session
         ending = STANDBY_ENDING if loop_facts.get("span") == "standby" else ""
+        with suppress(OSError):  # which the writer tells
+            session.log_dir.mkdir(parents=True, exist_ok=True)  # it may have been moved away since the last one
         path = _free_path(session.log_dir, session.rig_name, stamp_ns, ending)
         attachments = {
             "rig.yaml": ("application/yaml", session.rig_text.encode()),
