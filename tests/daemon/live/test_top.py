@@ -28,7 +28,7 @@ def socket(tmp_path: Path) -> Iterator[str]:
 @pytest.mark.slow
 def test_it_shows_mode_joints_oil_and_checks_and_follows_what_happens(socket: str) -> None:
     with longreach_in_terminal("--socket", socket, "top") as terminal:
-        screen = terminal.shows(lambda text: "1 of 57 checks stand in the way" in text)
+        screen = terminal.shows(lambda text: re.search(r"1 of \d+ checks stand in the way", text) is not None)
         assert "ornl_testbed  DISARMED  e-stop latched" in screen
         assert "NO e-stop" in screen
         assert re.search(r"rotary +-?\d+\.\d+ deg", screen)
@@ -36,7 +36,7 @@ def test_it_shows_mode_joints_oil_and_checks_and_follows_what_happens(socket: st
         assert re.search(r"rotary +\d+\.\d+ psi", screen)
         with Client(socket) as client:
             client.call("reset")
-            terminal.shows(lambda text: "57 checks: nothing stands in the way" in text)
+            terminal.shows(lambda text: re.search(r"\d+ checks: nothing stands in the way", text) is not None)
             client.call("arm")
             terminal.shows(lambda text: "HOLDING" in text)
             client.call("estop")
