@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import signal
 import time
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
@@ -37,6 +38,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("device_clock"):  # acts within milliseconds, or the driver calls it silent
             item.add_marker("clock")
+
+
+@pytest.fixture
+def terminal_can_end() -> Iterator[None]:
+    """Under nohup, what a test starts would ignore the end of its terminal."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -100,6 +100,7 @@ def signalled(*numbers: int, rest: Callable[[], None] = lambda: None) -> object:
     return command
 
 
+@pytest.mark.usefixtures("terminal_can_end")
 @pytest.mark.parametrize("numbers", [(signal.SIGTERM,), (signal.SIGHUP, signal.SIGTERM, signal.SIGHUP)])
 def test_a_signal_that_ends_programs_is_an_interrupt_that_a_second_one_does_not_cut_short(
     numbers: tuple[int, ...], monkeypatch: pytest.MonkeyPatch

@@ -231,6 +231,7 @@ def pending(notifications: socket.socket, wait_s: float) -> bytes:
     return received
 
 
+@pytest.mark.usefixtures("terminal_can_end")
 def test_the_end_of_its_terminal_stops_the_arm_in_order(tmp_path: Path) -> None:
     """An SSH connection that breaks sends SIGHUP to every process of the daemon."""
     with RunningDaemon(tmp_path) as daemon:
