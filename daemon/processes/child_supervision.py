@@ -161,9 +161,9 @@ class ChildSupervision:
         return self._values
 
     def silent_s(self) -> float:
-        """For how long the loop has stood still; 0 while it moves on, or has not begun."""
+        """For how long the loop has stood still; 0 while it moves on, has not begun, or has ended."""
         has_begun = self._control_ready and self._channels.status.sequence != self._sequence_when_ready
-        silent_s = self._channels.loop_silent_s() if has_begun else 0.0
+        silent_s = self._channels.loop_silent_s() if has_begun and not self._children["control"].ended() else 0.0
         return silent_s if silent_s > SILENT_S else 0.0
 
     def post(self, command: LoopCommand) -> int:
