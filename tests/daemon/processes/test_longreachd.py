@@ -168,9 +168,7 @@ def test_systemd_hears_ready_watchdog_and_stopping_and_sigterm_stops_in_order(tm
         with daemon.wait_until_ready() as client:
             assert notifications.recv(4096).startswith(b"READY=1")
             assert notifications.recv(4096).startswith(b"WATCHDOG=1\nSTATUS=")
-            arm(client)
-            client.call("start", **LONG_JOG)
-            until(lambda: mode(client) == "running")
+            set_off(client)
         terminate(daemon)
         assert daemon.process.wait(15) == 0
         assert daemon.all_ended()
@@ -213,6 +211,13 @@ def test_a_frozen_loop_starves_the_watchdog_times_out_the_valves_and_faults_when
     notifications.close()
 
 
+def set_off(client: Client) -> None:
+    """Armed, and a long jog under way."""
+    arm(client)
+    client.call("start", **LONG_JOG)
+    until(lambda: mode(client) == "running")
+
+
 def told(client: Client) -> list[str]:
     return [event["name"] for event in client.call("events", since=0)["events"]]
 
@@ -236,9 +241,7 @@ def test_the_end_of_its_terminal_stops_the_arm_in_order(tmp_path: Path) -> None:
     """An SSH connection that breaks sends SIGHUP to every process of the daemon."""
     with RunningDaemon(tmp_path) as daemon:
         with daemon.wait_until_ready() as client:
-            arm(client)
-            client.call("start", **LONG_JOG)
-            until(lambda: mode(client) == "running")
+            set_off(client)
         for process in (daemon.child("control"), daemon.child("recorder"), daemon.process.pid):
             os.kill(process, signal.SIGHUP)
         assert daemon.process.wait(15) == 0
@@ -251,9 +254,7 @@ def test_the_end_of_its_terminal_stops_the_arm_in_order(tmp_path: Path) -> None:
 def test_a_second_sigterm_does_not_wait_for_the_arm(tmp_path: Path) -> None:
     with RunningDaemon(tmp_path) as daemon:
         with daemon.wait_until_ready() as client:
-            arm(client)
-            client.call("start", **LONG_JOG)
-            until(lambda: mode(client) == "running")
+            set_off(client)
         terminate(daemon)
         terminate(daemon)
         until(lambda: effective(daemon) == (0.0, 0.0), 1.0)
@@ -264,9 +265,7 @@ def test_a_second_sigterm_does_not_wait_for_the_arm(tmp_path: Path) -> None:
 def test_a_supervisor_that_dies_ends_the_rest_in_order_and_the_next_start_is_disarmed(tmp_path: Path) -> None:
     with RunningDaemon(tmp_path) as daemon:
         with daemon.wait_until_ready() as client:
-            arm(client)
-            client.call("start", **LONG_JOG)
-            until(lambda: mode(client) == "running")
+            set_off(client)
         os.kill(daemon.process.pid, signal.SIGKILL)
         until(daemon.all_ended, 10.0)
         assert effective(daemon) == (0.0, 0.0)
@@ -291,9 +290,7 @@ def test_a_supervisor_that_fails_stops_the_arm_in_order_and_closes_the_log(tmp_p
     before = {"PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     with RunningDaemon(tmp_path, environment=before) as daemon:
         with daemon.wait_until_ready() as client:
-            arm(client)
-            client.call("start", **LONG_JOG)
-            until(lambda: mode(client) == "running")
+            set_off(client)
         trouble.touch()
         assert daemon.process.wait(20) == 1
         assert "a mistake of ours" in daemon.text()
@@ -318,9 +315,7 @@ def test_the_folder_of_the_logs_may_be_moved_away_while_the_arm_holds(tmp_path: 
 def test_a_log_that_is_deleted_during_a_run_stops_it(tmp_path: Path) -> None:
     """Everything written after it would be lost without a word."""
     with RunningDaemon(tmp_path) as daemon, daemon.wait_until_ready() as client:
-        arm(client)
-        client.call("start", **LONG_JOG)
-        until(lambda: mode(client) == "running")
+        set_off(client)
         shutil.rmtree(daemon.logs)
         until(lambda: mode(client) == "fault", 5.0)
         assert any("the log was deleted" in event["text"] for event in client.call("events", since=0)["events"])
@@ -343,9 +338,7 @@ def test_a_dead_control_process_ends_the_daemon_with_its_log_closed(tmp_path: Pa
 
 def test_a_dead_recorder_is_a_fault_and_a_reset_brings_a_new_one(tmp_path: Path) -> None:
     with RunningDaemon(tmp_path) as daemon, daemon.wait_until_ready() as client:
-        arm(client)
-        client.call("start", **LONG_JOG)
-        until(lambda: mode(client) == "running")
+        set_off(client)
         os.kill(daemon.child("recorder"), signal.SIGKILL)
         until(lambda: mode(client) == "fault", 5.0)
         assert "recorder lost" in client.call("status")["fault"]["text"]
