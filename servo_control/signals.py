@@ -19,6 +19,9 @@ class Mode(IntEnum):
     PROVING = 6
 
 
+SERVO_ACTS = frozenset((int(Mode.HOLDING), int(Mode.RUNNING), int(Mode.STOPPING)))  # as the facts have a mode
+
+
 class Wanted(IntEnum):
     """What a set point asks for; the number is what the log stores."""
 

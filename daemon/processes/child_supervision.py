@@ -67,7 +67,7 @@ class ChildSupervision:
 
     def start(self, handlers: RequestHandlers) -> None:
         """Start every process the rig needs. `handlers` get the path and size of the log and the real-time facts."""
-        self._handlers = handlers
+        self._handlers, handlers.host_rows = handlers, self._computer.rows
         self._add_event("host", f"host grade: {self._computer.grade}", Level.INFO)
         self._poll()
         slow = any(device.slow for device in self._loaded.rig.devices.values())
@@ -216,8 +216,6 @@ class ChildSupervision:
                 self._add_event(f"{name}_died", f"the {name} process ended ({child.how_it_ended()}); a reset starts it again", Level.ERROR)
         self._silence.tell(self.silent_s())
         self._computer.look()
-        if self._handlers is not None:
-            self._handlers.host_rows = self._computer.rows()
         health = SupervisorHealth(float("recorder" in self._lost), self._computer.disk_free_bytes, self._computer.rate_Hz)
         self._channels.supervisor_health.put(time.monotonic_ns(), health)
 
@@ -228,7 +226,6 @@ class ChildSupervision:
             elif record.kind == RecordKind.READY and self._handlers is not None:
                 self._control_ready, self._sequence_when_ready = True, self._channels.status.sequence
                 self._computer.granted = json.loads(record.data)
-                self._handlers.host_rows = self._computer.rows()
             elif record.kind == RecordKind.REFUSED:
                 parts = json.loads(record.data)
                 self._refusal = DriverError(parts.pop("what"), **{key: parts[key] for key in parts if key != "class"})

@@ -75,9 +75,13 @@ class LoopAccess:
         posted()
         limit = time.monotonic() + limit_s
         while not (self.values()[index] >= number and done()):
-            if time.monotonic() > limit and (silent_s := self.silent_s()):
-                raise DaemonError(sentence(silent_s), value=f"mode {self.mode().name.lower()} when it last moved", next_step=ADVICE)
             if time.monotonic() > limit:
-                what, advice = f"the loop did not do it within {limit_s:g} s", "`longreach why` says what stands in the way."
-                raise DaemonError(what, value=f"mode {self.mode().name.lower()}", next_step=advice)
+                raise self._not_done(limit_s)
             await asyncio.sleep(0.005)
+
+    def _not_done(self, limit_s: float) -> DaemonError:
+        mode, silent_s = f"mode {self.mode().name.lower()}", self.silent_s()
+        if silent_s:
+            return DaemonError(sentence(silent_s), value=f"{mode} when it last moved", next_step=ADVICE)
+        advice = "`longreach why` says what stands in the way."
+        return DaemonError(f"the loop did not do it within {limit_s:g} s", value=mode, next_step=advice)

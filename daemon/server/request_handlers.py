@@ -53,7 +53,7 @@ class RequestHandlers:
         self._runs = 0
         self._interruptions = 0  # what takes a start back that is still being prepared
         self._starting = asyncio.Lock()
-        self.host_rows: list[dict[str, Any]] = []  # what the operating system granted
+        self.host_rows: Callable[[], list[dict[str, Any]]] = list  # what the operating system granted
         self._maneuvers: list[dict[str, Any]] = []
         self.log: dict[str, Any] = {"path": "", "bytes": 0}
         self._set_points = SetPointRequests(rig, loop.history, loop.post_set_point, lambda: self._cancel_announced())
@@ -68,7 +68,7 @@ class RequestHandlers:
         """A loop that stands still comes first: what it said of the others is old."""
         values, silent_s = self._loop.values(), self._loop.silent_s()
         silence = [silence_row(silent_s)] if silent_s else []
-        return {"checks": [*silence, *(check.row(values) for check in self._checks), *self.host_rows]}
+        return {"checks": [*silence, *(check.row(values) for check in self._checks), *self.host_rows()]}
 
     async def units(self, params: dict[str, Any]) -> dict[str, Any]:
         """How values are shown, by check and joint, and the numbers in sentences; see `units_answer`."""

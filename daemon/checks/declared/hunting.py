@@ -12,13 +12,12 @@ from config.schema.rig import Rig
 from daemon.checks.checks import Reaction
 from daemon.checks.declaration import Declaration, DeclaredFact, Family, Stage, joint_subject
 from daemon.cycle.facts import Facts
-from servo_control.signals import Mode
+from servo_control.signals import SERVO_ACTS
 
 HUNTING = "hunting"
 MEAN_S = 1.0  # some periods of a joint on its oil, which are 10 to 300 ms
 MOST = 0.5
 _FULL = 0.98  # of the limit
-_SERVO_ACTS = frozenset((int(Mode.HOLDING), int(Mode.RUNNING), int(Mode.STOPPING)))
 
 
 class HuntingWatch:
@@ -33,7 +32,7 @@ class HuntingWatch:
         self._shares = [(0.0, 0.0) for _ in self._joints]
 
     def update(self, values: list[float], now_ns: int, unix_ns: int) -> None:
-        if int(values[self._mode]) not in _SERVO_ACTS:
+        if int(values[self._mode]) not in SERVO_ACTS:
             self._shares = [(0.0, 0.0) for _ in self._joints]
         for number, (command, fact, full_V) in enumerate(self._joints):
             up, down = self._shares[number]

@@ -16,13 +16,12 @@ from config.signal_names import SECOND_POSITION
 from daemon.checks.checks import Reaction
 from daemon.checks.declaration import Declaration, DeclaredFact, Family, Limits, Stage, Subject, joint_subject, source_of
 from daemon.cycle.facts import Facts
-from servo_control.signals import Mode
+from servo_control.signals import SERVO_ACTS
 
 RATE, NOISE, STUCK, FLOW, APART = "position_rate", "position_noise", "stuck_motion", "unexplained_motion", "positions_apart"
 NOISE_CYCLES = 10.0  # time constant of the mean: a single odd sample is not noise
 FLOW_MEMORY_S = 0.1  # longer than valve and oil need to follow the command (about 10 ms)
 LONGEST_HOLD_S = 0.05  # a command that was not renewed for longer may have been ended by the device's own time-out
-_SERVO_ACTS = frozenset((int(Mode.HOLDING), int(Mode.RUNNING), int(Mode.STOPPING)))
 
 
 def _subjects(rig: Rig) -> list[Subject]:
@@ -72,7 +71,7 @@ class PlausibilityWatch:
         self._twice = tuple(tuple(facts.index(f"{joint}.{column}") for column in columns) for joint in twice)
 
     def update(self, values: list[float], now_ns: int, unix_ns: int) -> None:
-        servo_acts = int(values[self._mode]) in _SERVO_ACTS
+        servo_acts = int(values[self._mode]) in SERVO_ACTS
         now_s = now_ns * 1e-9
         for joint in self._joints:
             joint.update(values, now_s, servo_acts)
